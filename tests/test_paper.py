@@ -201,8 +201,8 @@ def test_table_2_and_the_finite_elements_of_table_3(modes):
 
 
 def test_table_3_from_the_speed_of_sound():
-    span = span_between((0, 0, 0), (CHORD, 0, 0), LENGTH, EA, MASS)
-    computed = taut.axial_frequencies(5, span, stretched=False)
+    unstretched = span_between((0, 0, 0), (CHORD, 0, 0), CHORD, EA, MASS)
+    computed = taut.axial_frequencies(5, unstretched)
     assert all(agrees(value, printed) for value, printed in zip(computed, TABLE_3.values(), strict=True))
     assert np.allclose(computed, taut_string.axial_frequencies(5, CHORD, EA, MASS), rtol=1e-14)
     # section 9: the text's 4.03e3 m/s is a slip, its own table needs 6.99e3
@@ -215,10 +215,11 @@ def test_table_4(modes):
         assert modes[number]["frequency_Hz"] == pytest.approx(float(finite_elements), rel=2e-4)
     span = span_between((0, 0, 0), (CHORD, 0, 0), LENGTH, EA, MASS)
     # section 9: printed with the rounded preload of 1345.0 N, and without the stretch of the cable
-    as_printed = taut.symmetric_frequencies(3, span, 1345.0, stretched=False)
+    unstretched = span_between((0, 0, 0), (CHORD, 0, 0), CHORD, EA, MASS)
+    as_printed = taut.symmetric_frequencies(3, unstretched, 1345.0)
     assert all(agrees(value, printed) for value, (_, printed) in zip(as_printed, TABLE_4.values(), strict=True))
     assert as_printed == pytest.approx(taut_string.irvine_frequencies(3, CHORD, 1345.0, MASS, EA), rel=1e-12)
-    assert agrees(taut.symmetric_frequencies(1, span, TENSION, stretched=False)[0], "1.5858")
+    assert agrees(taut.symmetric_frequencies(1, unstretched, TENSION)[0], "1.5858")
     first, second = taut.symmetric_frequencies(2, span, TENSION)
     assert agrees(first, "1.59146")
     assert second == pytest.approx(4.77364, rel=5e-6)

@@ -87,8 +87,8 @@ def symmetric_roots(count, lambda_2):
     return 2 * zeros_between(equation, low, high, np.arange(len(low)), rtol=1e-15).reshape(shape)
 
 
-def symmetric_frequencies(count, span, tension, stretched=True):
-    """Symmetric in-plane frequencies of a taut cable, shape (..., count). [Hz]
+def symmetric_frequencies(count, span, tension):
+    """Symmetric in-plane frequencies of a taut cable by its values per deformed length, shape (..., count). [Hz]
 
     Parameters
     ----------
@@ -96,26 +96,17 @@ def symmetric_frequencies(count, span, tension, stretched=True):
     span : Span
     tension : float or ndarray
         Mean tension. [N]
-    stretched : bool
-        With mass and stiffness per deformed length (agrees with the exact cable), or as the paper's Table 4 without.
     """
-    if stretched:
-        mass, axial_stiffness = per_deformed_length(span)
-        span = replace(span, mass=mass, axial_stiffness=axial_stiffness)
+    mass, axial_stiffness = per_deformed_length(span)
+    span = replace(span, mass=mass, axial_stiffness=axial_stiffness)
     rate = np.sqrt(tension / span.mass) / span.chord / (2 * np.pi)
     return symmetric_roots(count, lambda_squared(span, tension)) * np.asarray(rate)[..., None]
 
 
-def axial_frequencies(count, span, stretched=True):
-    """Axial frequencies k c/(2 l) from the speed of sound c = sqrt(E/rho), shape (..., count). [Hz]
+def axial_frequencies(count, span):
+    """Axial frequencies k c/(2 L), shape (..., count). [Hz]
 
-    Parameters
-    ----------
-    count : int
-    span : Span
-    stretched : bool
-        Over the unstretched length, in which sound travels at sqrt(EA/m) exactly; or over the chord as in the paper.
+    Over the unstretched length L sound travels at c = sqrt(EA/m) exactly.
     """
     sound = np.sqrt(span.axial_stiffness / np.asarray(span.mass, dtype=float))
-    length = span.unstretched_length if stretched else span.chord
-    return (sound / (2 * length))[..., None] * np.arange(1, count + 1)
+    return (sound / (2 * span.unstretched_length))[..., None] * np.arange(1, count + 1)

@@ -212,8 +212,8 @@ def descend(suspension, state, most_steps=STATICS.descent_steps, small_net_force
     if not suspension.free.any():
         zero = np.zeros(cases)
         return state, SearchRecord(zero.astype(int), zero, zero, np.full(cases, CONVERGED))
-    final, steps = copy_record(state), np.zeros(cases, dtype=int)
-    residual, correction, reason = np.zeros(cases), np.full(cases, np.inf), np.full(cases, TOO_MANY)
+    final = copy_record(state)
+    record = SearchRecord(np.zeros(cases, dtype=int), np.zeros(cases), np.zeros(cases), np.zeros(cases, dtype=int))
     # from no known tensions, which may be those of other cables; many searches begin in one pose
     evaluation = evaluate(suspension, state, catenary.solve_each_once(spans(suspension, state)))
     active, subset = np.arange(cases), suspension
@@ -232,11 +232,10 @@ def descend(suspension, state, most_steps=STATICS.descent_steps, small_net_force
         patience_over = slow_steps[active] >= STATICS.descent_patience
         stuck = (share == 0) | patience_over | (number == STATICS.descent_steps - 1)
         rounded = stuck & (largest_ratio(subset, evaluation.net, evaluation.most_rounding) <= 1)
-        steps[active] += 1
-        residual_before = residual[active]
-        residual[active], correction[active] = relative_force, change
+        residual_before = record.residual[active]
         failure = np.where(share == 0, NO_DESCENT, TOO_MANY)
-        reason[active] = np.where(converged, CONVERGED, np.where(rounded, ROUNDED, failure))
+        reason = np.where(converged, CONVERGED, np.where(rounded, ROUNDED, failure))
+        assign_rows(record, active, SearchRecord(np.full(len(active), number + 1), relative_force, change, reason))
         assign_rows(final, active, replace(state, tension=evaluation.tension))
         going_on = ~(converged | rounded | (share == 0))
         if number >= most_steps - 1:
@@ -246,7 +245,7 @@ def descend(suspension, state, most_steps=STATICS.descent_steps, small_net_force
             subset = suspension.take(active)
         if not len(active):
             break
-    return final, SearchRecord(steps, residual, correction, reason)
+    return final, record
 
 
 def typical_loads(suspension, state):

@@ -493,32 +493,26 @@ def body_stiffness(blocks, suspension):
             of_body = (blocks.rows == body) & (blocks.columns == body)
             stiffness[..., body, :, :] = blocks.matrices[..., of_body, :, :].sum(axis=-3)
         return stiffness
-    dense_case = following.size <= STATICS.dense_freedoms
     for case in np.ndindex(shape):
         with suppress(np.linalg.LinAlgError, RuntimeError):  # singular, where there is no stable equilibrium
-            condensed = (_condensed if dense_case else _condensed_sparse)(blocks.of(case), suspension, count, following)
+            condensed = _condensed(blocks.of(case), suspension, following)
             stiffness[case] = [condensed[6 * body : 6 * body + 6, 6 * body : 6 * body + 6] for body in range(count)]
     return stiffness
 
 
-def _condensed(blocks, suspension, count, following):
-    """K_bb - K_bj K_jj^-1 K_jb of `body_stiffness` in one case, shape (6 count, 6 count).
+def _condensed(blocks, suspension, following):
+    """K_bb - K_bj K_jj^-1 K_jb of `body_stiffness` in one case, shape (6 bodies, 6 bodies).
 
-    `count` is the number of bodies, which come before the junctions; `following`, bool of shape (b, 6), is True for the
-    free degrees of freedom of the junctions, j of `body_stiffness`.
+    `following`, bool of shape (b, 6), is True for the free degrees of freedom of the junctions, j of `body_stiffness`.
     """
-    matrix, size, junctions = full(blocks, len(following)), 6 * count, np.flatnonzero(following)
-    junction_motion = np.linalg.solve(matrix[junctions][:, junctions], matrix[junctions, :size])  # K_jj^-1 K_jb
-    return matrix[:size, :size] - matrix[:size, junctions] @ junction_motion
-
-
-def _condensed_sparse(blocks, suspension, count, following):
-    """`_condensed` of a suspension with many junctions."""
+    size, used = 6 * suspension.bodies, following.copy()
+    used[: suspension.bodies] = True  # the bodies come first
+    if following.size <= STATICS.dense_freedoms:
+        matrix = full(blocks, len(following))[np.ix_(used.ravel(), used.ravel())]
+        junction_motion = np.linalg.solve(matrix[size:, size:], matrix[size:, :size])  # K_jj^-1 K_jb
+        return matrix[:size, :size] - matrix[:size, size:] @ junction_motion
     from scipy.sparse.linalg import splu
 
-    used = following.copy()
-    used[:count] = True
-    matrix = sparse(blocks, suspension, used)  # bodies first
-    size = 6 * count
-    junction_motion = splu(matrix[size:, size:].tocsc()).solve(matrix[size:, :size].toarray())  # K_jj^-1 K_jb
+    matrix = sparse(blocks, suspension, used)
+    junction_motion = splu(matrix[size:, size:].tocsc()).solve(matrix[size:, :size].toarray())
     return matrix[:size, :size].toarray() - matrix[:size, size:] @ junction_motion
