@@ -263,9 +263,14 @@ def test_a_study_upon_a_study_is_refused():
 
 
 def test_at_most_100_mistakes_are_shown():
-    found = mistakes_of(HEAD + "vary: [{gravity: {from: -1, to: -2, count: 500}}]\n")
+    found = mistakes_of(HEAD + f"vary: [{{gravity: {[-value for value in range(1, 501)]}}}]\n")
     assert len(found) == 101
     assert found[-1] == "study.yaml: and 400 more mistakes"
+
+
+def test_values_of_a_range_that_are_wrong_in_one_way_are_one_mistake():
+    (found,) = mistakes_of(HEAD + "vary: [{gravity: {from: -2, to: 2, count: 500}}]\n")
+    assert found.endswith("gravity: must not be negative, got -2")  # not -1.9919...
 
 
 def test_many_cases_are_checked_entry_by_entry():
@@ -275,4 +280,4 @@ def test_many_cases_are_checked_entry_by_entry():
     assert len(found) == 1
     assert found[0].endswith("gondola.mass: must be positive, got -7")
     wrong_end = HEAD + "vary: [{gravity: {from: 1, to: -1, count: 5000}}]\n"
-    assert "study.yaml:3:18: gravity: must not be negative, got -1" in mistakes_of(wrong_end)
+    assert mistakes_of(wrong_end) == ["study.yaml:3:18: gravity: must not be negative, got -1"]

@@ -417,7 +417,7 @@ def test_each_mistake_is_one_line_at_its_place(what):
             "--set bodies.gondola.markers.focus.0: unknown marker focus (there is none)",
         ),
         ("cables.n.to=knott", '--set cables.n.to: unknown end "knott" (did you mean knot?)'),
-        ("points.north.3=3", "--set points.north.3: points.north has 3 item(s), counted from 0: there is no item 3"),
+        ("points.north.3=3", "--set points.north.3: points.north has 3 items, counted from 0: there is no item 3"),
         ("bodies.gondola.mass=3 m", "--set bodies.gondola.mass: expected a mass in kg"),
         ("points.north=[0, 0, 40]", "s.yaml:13:6: cables.n: its two ends are at one place, [0, 0, 40]"),
         ("bodies=null", 's.yaml:15:23: cables.v.to: unknown end "gondola.a" (allowed: north, south, knot)'),

@@ -4,6 +4,7 @@ A key without a value that removes nothing is right where it is known, a mistake
 """
 
 import re
+import sys
 
 from cablestudy.errors import Mistake, SceneError
 from cablestudy.scene.fields import fields_by_key, suggestion
@@ -77,11 +78,11 @@ def _place_of(path, message, document):
 
 
 def in_order(mistakes):
-    """Mistakes, each once, by file and then by line and column; those without a place where they are. List."""
+    """Mistakes, each once, by file and then by line and column, then those of the file as a whole: list."""
     files, keys = {}, {}
     for found in mistakes:
         name, line, column = PLACE.fullmatch(found.where).groups()
-        keys[found] = files.setdefault(name, len(files)), int(line or 0), int(column or 0)
+        keys[found] = files.setdefault(name, len(files)), int(line or sys.maxsize), int(column or 0)
     return sorted(keys, key=keys.get)
 
 

@@ -97,11 +97,18 @@ def _check_limits(study):
 
 
 def check_cases(study):
-    """Raise the mistakes of `cases_to_check`, each once, at most 100: SceneError."""
+    """Raise the mistakes of `cases_to_check`, each once, at most 100: SceneError.
+
+    Values at one place, of a range or a sample, that are wrong in one way are one mistake. It shows the value of fewest
+    digits, which is mostly an end of the range.
+    """
     mistakes = {}
     for _, error in sorted(tables_of(study, study.cases_to_check())[1].items()):
         for found in error.mistakes:
-            mistakes.setdefault((found.key, found.message), found)
+            text, *_ = found.message.partition(", got ")
+            told = mistakes.setdefault((found.where, found.key, text), found)
+            if len(found.message) < len(told.message):
+                mistakes[found.where, found.key, text] = found
     if mistakes:
         raise SceneError(*at_most(list(mistakes.values()), study.name))
 
