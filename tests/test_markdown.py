@@ -77,6 +77,8 @@ def test_few_rows_stand_side_by_side_where_they_fit_better():
     unnamed = fitted(Table(LENGTHS, ROWS[:2]), 60)[0]
     assert cells(unnamed.splitlines()[0]) == ["quantity", "row 1", "row 2", "unit"]
     assert fitted(Table(LENGTHS, ROWS[:2]), 200)[0].startswith("| length of part 1 [m] |")
+    with_heads_on_two_lines = fitted(Table(LENGTHS, ROWS[:2]), 100)[0].splitlines()
+    assert [cells(line) for line in with_heads_on_two_lines[-2:]] == [["1.5"] * 6, ["2.5"] * 6]
 
 
 def test_cases_side_by_side_are_divided_into_tables_that_fit():

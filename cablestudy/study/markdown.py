@@ -42,8 +42,8 @@ def fitted(table, width):
 
     Of many rows only the first and the last are shown. A status that is ok in all rows is hidden, and long texts are
     wrapped. Tables that are `single` or `across` are transposed: one line for each quantity. If another table is too
-    wide, it is transposed if it has few rows. Else its heads are wrapped, onto lines below the rule; if that is not
-    enough, columns are left out from the right: first values printed in a source, then secondary ones, then the others.
+    wide, its heads are wrapped, onto lines below the rule. If that is not enough, it is transposed if it has few rows;
+    else columns are left out from the right: first values printed in a source, then secondary ones, then the others.
 
     Returns
     -------
@@ -56,7 +56,7 @@ def fitted(table, width):
     grid = _grid(table, fields, rows, omitted)
     if table.single or table.across:
         return _in_blocks(grid, width), []
-    fitting = wrapped(grid, width)
+    fitting = wrapped(grid, width) or wrapped(grid, width, heads=True)
     if fitting is None and 0 < len(rows) <= STUDY.few_rows:
         names = fields[0].name if _is_unique_text(fields[0], rows) else ""
         return _in_blocks(_side_by_side(fields, rows, names, table.digits), width), []
