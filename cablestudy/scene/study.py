@@ -94,46 +94,25 @@ TABLES = tables_of(StudyTable)
 
 
 class StudyFile:
-    """A study file, read and checked.
+    """A study file, read and checked."""
 
-    Attributes
-    ----------
-    name, title, set, plot, find : str, str, dict, Plot or None, Find or None
-        The file as the user named it, and keys of the file.
-    columns : tuple of str
-        Names as written, not looked up yet.
-    asked : tuple of str
-        The last of these columns, which only an option of the command line names.
-    tolerances : dict
-        Tolerances of --check, as written: a column, or ALL_COLUMNS -> relative tolerance.
-    reference_path : str or None
-        Path of the CSV file to compare with, which exists.
-    document, source : Document
-        The base scene with `set:` and `--set`, nothing varied yet; the study file itself.
-    entries : tuple of Entry
-        Entries of `vary`, the sample, entries of the options `--vary`.
-    sample, sample_entry : Sample or None, int
-        The sample and its place among the entries.
-    count : int
-        Number of cases.
-    notes : tuple of str
-        Notes for the user about the cases.
-    wrong_keys : frozenset of str
-        Keys at the top level that are left out, since they have mistakes.
-    """
-
-    wrong_keys = frozenset()
+    wrong_keys = frozenset()  # keys at the top level that are left out, since they have mistakes
 
     def __init__(self, source, table, document, entries, options=()):
-        self.name, self.source, self.document, self.entries = source.name, source, document, (*entries, *options)
-        self.title, self.columns, self.plot, self.tolerances = table.title, table.columns, table.plot, table.check
-        self.set, self.find, self.asked = table.set, table.find, ()
+        self.source, self.name = source, source.name  # the file as read, and as the user named it
+        self.document = document  # the base scene with `set:` and `--set`, nothing varied yet
+        self.entries = (*entries, *options)  # those of `vary`, the sample, those of the options `--vary`
+        self.title, self.set, self.plot, self.find = table.title, table.set, table.plot, table.find
+        self.columns = table.columns  # names as written, not looked up yet
+        self.asked = ()  # the last of these columns, which only an option of the command line names
+        self.tolerances = table.check  # of --check, as written: a column, or ALL_COLUMNS -> relative tolerance
+        # of the CSV file to compare with, which exists; or None
         self.reference_path = path_named_in(source.name, table.reference) if table.reference and not options else None
-        self.count = math.prod(len(entry) for entry in self.entries)
-        self.sample, self.sample_entry = table.sample, len(entries) - 1
+        self.count = math.prod(len(entry) for entry in self.entries)  # of cases
+        self.sample, self.sample_entry = table.sample, len(entries) - 1  # its place among the entries
         self._options = {}  # path in the study -> the option that added what is there
         self._scenes = {}  # number of a case -> its scene, of the first cases that were read
-        self.notes = tuple(self._notes(table, bool(options)))
+        self.notes = tuple(self._notes(table, bool(options)))  # for the user, about the cases
 
     def _notes(self, table, is_extended):
         """Yield the notes on the cases; `is_extended`: whether options `--vary` add entries."""
