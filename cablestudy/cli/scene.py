@@ -100,8 +100,7 @@ def modes(scene, sets, case, count, upto, cable, coupled, animate, style, plot, 
     if case == ALL:
         refuse_options({"--plot": plot, "--animate": animate}, f"--case {ALL} has the modes of each case")
     check_output("--animate", animate, (".gif", ".html"), "picture")
-    options = {"count": count, "upto": upto, "cable": cable, "estimate": explain}
-    options |= {"coupled": True} if coupled else {}
+    options = {"count": count, "upto": upto, "cable": cable, "coupled": coupled, "estimate": explain}
     answer = compute(read(scene, sets, case), case, "modes", **options)
     code = finish(scene, answer, style, plot, explain, quiet)
     if animate:

@@ -9,12 +9,11 @@ from dataclasses import replace
 
 from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError
 from cablestudy.interface.answer import Answer, only
-from cablestudy.interface.kinds import Between, Columns, Duration, File, Frequencies, Goal, Runs, Size, Text
 
 DEFAULT_MODES = 12
 
 
-def loads(scene, estimate: bool = False):
+def loads(scene, estimate=False):
     """Answer of static --table loads: position, slopes and tensions at each point load; all else as of static."""
     from cablestudy.study.point_loads import loaded_cables, loads_table
 
@@ -28,7 +27,7 @@ def loads(scene, estimate: bool = False):
     return replace(answer, tables=only(table), failures=tuple(failures))
 
 
-def locus(scene, load: Text):
+def locus(scene, load):
     """Answer of static --locus: the path of the point load `load` that travels along its cable; see `Scene.locus`."""
     from cablestudy.study.load_path import load_path
     from cablestudy.study.scene_kind import kind_of
@@ -110,24 +109,14 @@ def coupled_modes(case, count, upto):
     )
 
 
-def loop(
-    scene,
-    response: Frequencies | None = None,
-    time: Duration | None = None,
-    table: Text | None = None,
-    input: Text | None = None,
-    size: Size | None = None,
-    length: Duration | None = None,
-    output: Text | None = None,
-    estimate: bool = False,
-):
+def loop(scene, response=None, time=None, table=None, estimate=False, **time_options):
     """Answer of the command loop: margins of the winch control loop, or its response over frequency or in time.
 
     Arguments as of `Scene.loop_response` and `Scene.loop_in_time`; with one of them table and picture are of the
     response. `table` is the name of the only table of a suspension that is asked for; with `estimate` errors are
     estimated too.
     """
-    span = time_options = None
+    span = timing = None
     if response:
         from cablestudy.study.ssm import read_response_range
 
@@ -135,14 +124,14 @@ def loop(
     if time:
         from cablestudy.study.loop_in_time import TimeOptions
 
-        time_options = TimeOptions(time, input=input, size=size, length=length, output=output)
-    answer, analysis = scene.solve_loop(scene, span, time_options, table, estimate)
+        timing = TimeOptions(time, **time_options)
+    answer, analysis = scene.solve_loop(scene, span, timing, table, estimate)
     if analysis is None:
         return answer
-    if time_options:
+    if timing:
         from cablestudy.study.loop_in_time import time_case, time_table
 
-        timed = time_case(scene.document, scene.model, analysis.closed_loop, time_options)
+        timed = time_case(scene.document, scene.model, analysis.closed_loop, timing)
         warnings, draw = (*answer.warnings, *timed.notes), lambda plots: plots.loop_in_time(timed)
         return replace(answer, tables=only(time_table(timed)), warnings=warnings, draw=draw)
     closed_loop = analysis.loop_for_margins
@@ -153,7 +142,7 @@ def loop(
     return replace(answer, draw=lambda plots: plots.loop_margins(closed_loop, span))
 
 
-def ssm(scene, out: File | None = None, response: Frequencies | None = None, **options):
+def ssm(scene, out=None, response=None, **options):
     """Answer of the command ssm: a state-space model of a scene, reduced to some of its modes, which the table lists.
 
     With `response`, as of `Scene.loop_response`, the table is the frequency response of the model; where only the file
@@ -206,9 +195,7 @@ def _bode_plot(plots, curves, numbers, attached):
     return plots.bode(curves, *numbers, **title)
 
 
-def compare_models(
-    scene, columns: Columns | None = None, repeats: Runs = 5, out: File | None = None, shown: bool = False
-):
+def compare_models(scene, columns=None, repeats=5, out=None, shown=False):
     """Answer of the command trade: errors and computing times of all models of a scene that a user can choose.
 
     They are closed forms, elements of several kinds and numbers, and models refined to an accuracy; errors are relative
@@ -239,7 +226,7 @@ def compare_models(
     )
 
 
-def find(scene, goal: Goal, by: Text, between: Between | None = None, columns: Columns | None = None):
+def find(scene, goal, by, between=None, columns=None):
     """Answer of the command find: the values of a key for which a result takes a wanted value; see `Scene.find`."""
     return find_value(scene.document, goal, by, between, columns)
 

@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import wraps
+from functools import cache, wraps
 from typing import Any, Literal, ParamSpec, TypeVar, get_args, get_origin
 
 from cablestudy.errors import Mistake, Mistakes, NoSolutionError, SceneError
@@ -32,49 +32,37 @@ class Kind:
 
 
 def checked(function: Callable[P, R]) -> Callable[P, R]:
-    """Decorator: check the arguments of a function of the interface, see `call`; let its errors name arguments."""
-
-    @wraps(function)
-    def checked_function(*args: P.args, **kwargs: P.kwargs) -> R:
-        with argument_names():
-            return call(function, *args, **kwargs)
-
-    return checked_function
-
-
-def call(function: Callable[..., R], *args: Any, **kwargs: Any) -> R:
-    """Call a function with arguments converted by its annotations.
+    """Decorator: convert the arguments of a function of the interface by their annotations; let its errors name them.
 
     SceneError for all that are not of the kind which their annotation names, TypeError for one that the function does
     not have or that is missing.
     """
     name = function.__qualname__.removesuffix(".__init__").rpartition(".")[2]
-    signature = inspect.signature(function)
-    try:
-        bound = signature.bind(*args, **kwargs)
-    except TypeError as error:
-        takes = ", ".join(argument for argument in signature.parameters if argument not in ("self", "scene"))
-        raise TypeError(f"{name}: {error} (it takes {takes or 'none'})") from None
-    with Mistakes() as mistakes:
-        for argument, read in readers(function).items():
-            if argument in bound.arguments:
-                with mistakes.at(f"{name}: {argument}"):
-                    bound.arguments[argument] = read(bound.arguments[argument])
-    return function(*bound.args, **bound.kwargs)
+
+    @wraps(function)
+    def checked_function(*args: P.args, **kwargs: P.kwargs) -> R:
+        signature = inspect.signature(function)
+        try:
+            bound = signature.bind(*args, **kwargs)
+        except TypeError as error:
+            takes = ", ".join(argument for argument in signature.parameters if argument != "self")
+            raise TypeError(f"{name}: {error} (it takes {takes or 'none'})") from None
+        with argument_names():
+            with Mistakes() as mistakes:
+                for argument, read in readers(function).items():
+                    if argument in bound.arguments:
+                        with mistakes.at(f"{name}: {argument}"):
+                            bound.arguments[argument] = read(bound.arguments[argument])
+            return function(*bound.args, **bound.kwargs)
+
+    return checked_function
 
 
-_READERS: dict[Callable[..., Any], dict[str, Callable[[Any], Any]]] = {}
-
-
+@cache
 def readers(function: Callable[..., Any]) -> dict[str, Callable[[Any], Any]]:
-    """Name of each argument of a function that has an annotation -> the function that reads it."""
-    if function not in _READERS:
-        annotations = {name: kind for name, kind in function.__annotations__.items() if name != "return"}
-        _READERS[function] = {
-            name: reader_of(eval(kind, function.__globals__) if isinstance(kind, str) else kind)
-            for name, kind in annotations.items()
-        }
-    return _READERS[function]
+    """Name of each argument of a function that has an annotation, which is text, -> the function that reads it."""
+    annotations = {name: kind for name, kind in function.__annotations__.items() if name != "return"}
+    return {name: reader_of(eval(kind, function.__globals__)) for name, kind in annotations.items()}
 
 
 def reader_of(annotation: Any) -> Callable[[Any], Any]:

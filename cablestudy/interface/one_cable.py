@@ -6,20 +6,19 @@ from itertools import chain
 from cablestudy.errors import SceneError
 from cablestudy.interface.answer import Answer, only
 from cablestudy.interface.answers import DEFAULT_MODES, SHARED, coupled_modes, fewer_modes, frequency_limit
-from cablestudy.interface.kinds import Frequency, Modes, WindOn
 
 ONE_CABLE = "no effect: the scene has one cable"
 WIND_ON = {"gondola": "gondola", "cable": "the cable of the gondola", "both": "gondola and cable"}  # in titles
 
 
-def static(scene, estimate: bool = False):
+def static(scene, estimate=False):
     """Statics of the cable: an `Answer`; `estimate`: also the errors of deflections by fixed elements."""
     from cablestudy.study.one_cable.report import static_table
 
     return _answer_of_row(scene, *static_table(scene.model, estimate), lambda case, plots: plots.static_form(case))
 
 
-def shape(scene, estimate: bool = False):
+def shape(scene, estimate=False):
     """The static shape, point by point."""
     from cablestudy.study.one_cable.report import shape_table
 
@@ -27,9 +26,7 @@ def shape(scene, estimate: bool = False):
     return replace(answer, tables={} if answer.failures else only(shape_table(answer.case)))
 
 
-def modes(
-    scene, count: Modes | None = None, upto: Frequency | None = None, coupled: bool = False, estimate: bool = False
-):
+def modes(scene, count=None, upto=None, coupled=False, estimate=False):
     """Answer of the command modes: natural frequencies and types of the modes of the cable; see `Scene.modes`."""
     if coupled:
         return _modes_with_gondola(scene, count, upto)
@@ -76,7 +73,7 @@ def _modes_with_gondola(scene, count, upto):
     )
 
 
-def windrms(scene, on: WindOn | None = None, estimate: bool = False):
+def windrms(scene, on=None, estimate=False):
     """Motion of the gondola, or of a bare cable, in the wind: an `Answer`; see `Scene.windrms`."""
     from cablestudy.study.one_cable.system import winds_on
     from cablestudy.study.one_cable.wind_report import wind_table

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import pandas
 
 
-def static(scene, table: Text | None = None, estimate: bool = False):
+def static(scene, table=None, estimate=False):
     """Statics of the suspension: an `Answer` with several tables, or the `table` of a name; errors are always known."""
     from cablestudy.study.suspension.report import static_tables
 
@@ -27,7 +27,7 @@ def static(scene, table: Text | None = None, estimate: bool = False):
     return _answer_of_case(case, failures, tables=_named(table, tables), draw=lambda plots: plots.static_form(case))
 
 
-def shape(scene, estimate: bool = False):
+def shape(scene, estimate=False):
     """The static shapes of all cables, point by point; `estimate` changes nothing."""
     from cablestudy.study.suspension.report import shape_table
 
@@ -36,16 +36,14 @@ def shape(scene, estimate: bool = False):
     return _answer_of_case(case, failures, tables=only(table), draw=lambda plots: plots.static_form(case))
 
 
-def form(scene, table: Text | None = None):
+def form(scene, table=None):
     """The form of a net by force densities."""
     from cablestudy.study.suspension.report import chosen_tables, form_tables
 
     return Answer(tables=_named(table, chosen_tables(form_tables(scene.document, scene.model), table)))
 
 
-def modes(
-    scene, count: Modes | None = None, upto: Frequency | None = None, cable: Text | None = None, estimate: bool = False
-):
+def modes(scene, count=None, upto=None, cable=None, estimate=False):
     """Answer of the command modes: coupled modes of the suspension, or modes of one cable; see `Suspension.modes`.
 
     `estimate` changes nothing: errors are always known.
@@ -88,7 +86,7 @@ def _modes_of_cable(case, name, size, limit):
     )
 
 
-def windrms(scene, table: Text | None = None, estimate: bool = False):
+def windrms(scene, table=None, estimate=False):
     """Motion of the suspension in the wind: an `Answer`; `estimate`: also the errors of fixed elements."""
     from cablestudy.study.suspension.wind_report import remarks_of, wind_tables
 
