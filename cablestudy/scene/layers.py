@@ -138,14 +138,17 @@ def prune(value):
     return value
 
 
+def walk(value, path=(), lists=False):
+    """Yield path and value of all that nested mappings hold, and lists if asked for, each after what holds it."""
+    items = value.items() if isinstance(value, dict) else enumerate(value) if lists and isinstance(value, list) else ()
+    for key, item in items:
+        yield (*path, key), item
+        yield from walk(item, (*path, key), lists)
+
+
 def nulls(value, path=()):
     """List of the paths (tuples of str and int) of the keys in a plain value that are null."""
-    if isinstance(value, dict):
-        own = [(*path, key) for key, item in value.items() if item is None]
-        return own + [inner for key, item in value.items() for inner in nulls(item, (*path, key))]
-    if isinstance(value, list):
-        return [inner for index, item in enumerate(value) for inner in nulls(item, (*path, index))]
-    return []
+    return [inner for inner, item in walk(value, path, lists=True) if item is None and isinstance(inner[-1], str)]
 
 
 def assign(container, path, value, parent=()):
@@ -222,18 +225,9 @@ def remove_alternatives(value, key):
 
 def merge(lower, upper):
     """A file upon its base, both plain: mappings are merged key by key, anything else replaces."""
-    for path in _paths_of_values(upper):
-        lower = remove_alternatives(lower, ".".join(path))
+    for path, value in walk(upper):
+        lower = remove_alternatives(lower, ".".join(path)) if value is not None else lower
     return _merge_keys(lower, upper)
-
-
-def _paths_of_values(mapping, path=()):
-    """Yield the paths of all values in a mapping, mappings included, that are not null."""
-    for key, value in mapping.items():
-        if value is not None:
-            yield (*path, key)
-            if isinstance(value, dict):
-                yield from _paths_of_values(value, (*path, key))
 
 
 def _merge_keys(lower, upper):
@@ -243,13 +237,9 @@ def _merge_keys(lower, upper):
     return lower | {key: _merge_keys(lower[key], value) if key in lower else value for key, value in upper.items()}
 
 
-def leaves(mapping, path=()):
-    """Yield path and value of all that is no mapping, or an empty one, in a nested mapping."""
-    for key, value in mapping.items():
-        if isinstance(value, dict) and value:
-            yield from leaves(value, (*path, key))
-        else:
-            yield (*path, key), value
+def leaves(mapping):
+    """Iterator of path and value of all that is no mapping, or an empty one, in a nested mapping."""
+    return ((path, value) for path, value in walk(mapping) if not (isinstance(value, dict) and value))
 
 
 def is_set(value, path):

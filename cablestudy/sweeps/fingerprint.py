@@ -6,6 +6,7 @@ from datetime import UTC, datetime
 from functools import cache
 from hashlib import sha256
 
+from cablestudy.scene.layers import walk
 from cablestudy.version import __version__
 
 # Rows on disk are used again only if this number is the one they were computed with. Raise it by one with every change
@@ -82,11 +83,7 @@ def edited_parts(stored, current):
     return [f"of the study before it was edited: {what} changed" for what in changed]
 
 
-def _by_dotted_key(value, path=""):
-    """Dotted key -> plain value of all that nested mappings and lists hold: dict."""
-    if not isinstance(value, dict | list):
-        return {path: value}
-    leaves = {}
-    for key, item in value.items() if isinstance(value, dict) else enumerate(value):
-        leaves |= _by_dotted_key(item, f"{path}.{key}" if path else str(key))
-    return leaves
+def _by_dotted_key(mapping):
+    """Dotted key -> value of all that nested mappings and lists hold, but for these themselves: dict."""
+    items = walk(mapping, lists=True)
+    return {".".join(map(str, path)): item for path, item in items if not isinstance(item, dict | list)}
