@@ -265,16 +265,15 @@ class Span:
         )
 
     def with_some_loads(self, chosen):
-        """Copy of the cable with those of its point loads that are `chosen`, a mask of shape (k,)."""
-        loads = {"load_positions": self.load_positions[chosen], "load_forces": self.load_forces[chosen]}
+        """Copy of the cable with those of its point loads that are `chosen`, a mask of shape (k,) or a slice."""
+        loads = {"load_positions": self.load_positions[..., chosen], "load_forces": self.load_forces[..., chosen, :]}
         for name in ("load_masses", "load_fractions"):
-            loads[name] = None if getattr(self, name) is None else getattr(self, name)[chosen]
+            loads[name] = None if getattr(self, name) is None else getattr(self, name)[..., chosen]
         return replace(self, **loads)
 
     def without_loads(self):
         """Copy of the cable without its point loads."""
-        no_loads = np.zeros(0), np.zeros((0, 3))
-        return replace(self, load_positions=no_loads[0], load_forces=no_loads[1], load_masses=None, load_fractions=None)
+        return self.with_some_loads(slice(0))
 
 
 def normal_to(vertical):

@@ -105,9 +105,6 @@ def point_movement(arm):
     -------
     ndarray, shape (..., 3, 6)
     """
-    movement = np.zeros((*arm.shape, 6))
-    x, y, z = (arm[..., i] for i in range(3))
-    movement[..., 0, 0] = movement[..., 1, 1] = movement[..., 2, 2] = 1.0
-    movement[..., 0, 4], movement[..., 0, 5], movement[..., 1, 5] = z, -y, x
-    movement[..., 1, 3], movement[..., 2, 3], movement[..., 2, 4] = -z, y, -x
+    movement = np.empty((*arm.shape, 6))
+    movement[..., :3], movement[..., 3:] = np.eye(3), cross_matrix(-arm)
     return movement

@@ -208,23 +208,15 @@ def _sinh_rule(count, center, scale):
     """
     points, weights = _ends_refined(max(count + WIND.load_points, WIND.peak_points))
     kinked = np.any(scale < WIND.narrow_peak)
-    scale = np.clip(scale, WIND.narrow_peak, WIND.broad_peak)
-    if kinked:
-        return _on_both_sides(points, weights, np.clip(center, 0, 1), scale)
+    center = (np.clip(center, 0, 1) if kinked else center)[..., None]
+    scale = np.clip(scale, WIND.narrow_peak, WIND.broad_peak)[..., None]
     low, high = np.arcsinh(-center / scale), np.arcsinh((1 - center) / scale)
-    u, width = low[..., None] + (high - low)[..., None] * points, (high - low)[..., None]
-    return center[..., None] + scale[..., None] * np.sinh(u), scale[..., None] * np.cosh(u) * width * weights
-
-
-def _on_both_sides(points, weights, center, scale):
-    """`_sinh_rule` of a peak that is a kink, at a centre within [0, 1], with all points on either side of it."""
-    sides = []
-    for side in (-center, 1 - center):
-        reach = np.arcsinh(side / scale)[..., None]
-        u = reach * points
-        along = scale[..., None] * np.sinh(u)
-        sides.append((center[..., None] + along, np.abs(reach) * scale[..., None] * np.cosh(u) * weights))
-    return tuple(np.concatenate(both, axis=-1) for both in zip(*sides, strict=True))
+    positions, shares = [], []
+    for begin, end in [(0.0, low), (0.0, high)] if kinked else [(low, high)]:
+        u = begin + (end - begin) * points
+        positions.append(center + scale * np.sinh(u))
+        shares.append(scale * np.cosh(u) * np.abs(end - begin) * weights)
+    return np.concatenate(positions, axis=-1), np.concatenate(shares, axis=-1)
 
 
 @cache
