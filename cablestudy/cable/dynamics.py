@@ -228,12 +228,7 @@ class Dynamics:
 
         Small systems, and larger ones of which many modes are wanted, have dense matrices. These are solved apart for
         shapes that are symmetric and antisymmetric about mid-length, if the cable is its own mirror image: one
-        `PlaneModes` for each kind of symmetry. Other systems are solved by Lanczos iteration.
-
-        Raises
-        ------
-        ConvergenceError
-            Too many modes of a large system, or an iteration that failed.
+        `PlaneModes` for each kind of symmetry. Other systems are solved by Lanczos iteration. Raises as `lowest`.
         """
         dof, lead = system.dof, np.shape(self.length)
         if count == 0:
@@ -285,13 +280,7 @@ def _refined(root, vectors, count):
 
 
 def _lanczos(system, count):
-    """Shapes of the lowest modes of a large system by Lanczos iteration, shape (dof, count).
-
-    Raises
-    ------
-    ConvergenceError
-        Too many modes of too many unknowns, or no convergence.
-    """
+    """Shapes of the lowest modes of a large system by Lanczos iteration, shape (dof, count); raises as `lowest`."""
     dof, basis_size = system.dof, lanczos_basis(system.dof, count)
     if basis_size * dof > CABLE.lanczos_numbers:
         largest = max(CABLE.lanczos_numbers // basis_size, CABLE.all_modes_freedoms)

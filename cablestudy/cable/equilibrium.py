@@ -199,17 +199,9 @@ def _nodal_forces(mesh, force_per_length):
 
 
 def _solve_loads(catenary, mesh, nodal=None):
-    """Equilibrium of cables of finite elements under weight, point loads and further constant loads on the nodes.
+    """`solve_many` under weight, point loads and further constant loads on the nodes.
 
-    The search begins at the exact equilibrium of the continuous cables (`catenary`). `nodal`, shape (..., nodes, 3),
-    are the further loads in the chord frame. [N]
-
-    Returns
-    -------
-    state : State
-        Tensions and directions of the elements, and displacements of the nodes.
-    record : Record
-        Of the Newton iteration; its `reason` tells whether each cable is in equilibrium.
+    `nodal`, shape (..., nodes, 3), are the further loads in the chord frame. [N]
     """
     span, reference = catenary.span, np.asarray(catenary.max_tension)
     problem = ElementResidual(span, mesh, reference, nodal)

@@ -87,18 +87,10 @@ def _at_free_junction(suspension):
 def _coordinates(suspension, moving, cables, density, load, ends):
     """Coordinates along x, y or z of the m points of a cable net that can move, shape (m,), in one case. [m]
 
-    With the force densities q of its cables, shape (c,) [N/m], and the load p along the axis, weight and dead force,
-    shape (b,) [N], the balance of a point at x is
-
-        sum over its cables of q (x - x_other) = p
-
-    `moving`, shape (b,), is True for the points that can move, and `cables` has the indices of the cables with an end
-    at a free junction. `ends`, shape (c, 2), are the coordinates of all cable ends, used where they cannot move [m].
-
-    Raises
-    ------
-    NoSolutionError
-        The force densities do not hold the points.
+    `density`, shape (c,), are the q of the module's docstring, and `load`, shape (b,), the p along the axis. `moving`,
+    shape (b,), is True for the points that can move, and `cables` has the indices of the cables with an end at a free
+    junction. `ends`, shape (c, 2), are the coordinates of all cable ends, used where they cannot move [m]. Raises as
+    `find_form`.
     """
     if not moving.any():
         return np.zeros(0)

@@ -288,24 +288,18 @@ def _differences(span, function, step):
     vector = span.frame[..., 0, :] * np.asarray(span.chord)[..., None]
     forces = span.in_frame(span.load_forces, "global")
     loads = {"load_positions": span.load_positions, "load_forces": forces} if forces.shape[-2] else {}
+    length = span.unstretched_length
     # longer, shorter, and end 2 ahead and back along each axis: solved together
-    length_change, shift = np.zeros((8, *step.shape)), np.zeros((8, *step.shape, 3))
-    length_change[0], length_change[1] = step, -step
-    for axis in range(3):
-        shift[2 + 2 * axis, ..., axis] = step * span.unstretched_length
-        shift[3 + 2 * axis, ..., axis] = -step * span.unstretched_length
+    signs = np.kron(np.eye(4), [[1.0], [-1.0]]).reshape(8, *[1] * step.ndim, 4)  # of each change in each variation
+    length_change, shift = signs[..., 0] * step, signs[..., 1:] * (step * length)[..., None]
     properties = span.axial_stiffness, span.mass, span.gravity
     varied = Span.between(np.zeros(3), vector + shift, *properties, vertical=span.vertical, **loads)
     square_change = 2 * (vector * shift).sum(axis=-1) + (shift**2).sum(axis=-1)  # of the chord
-    strain = span.chord_strain + square_change / (varied.chord + span.chord) / span.unstretched_length
+    strain = span.chord_strain + square_change / (varied.chord + span.chord) / length
     varied = replace(varied, load_fractions=span.load_fractions)
     value = function(catenary.solve(varied.with_chord_strain(strain_at_changed_length(strain, length_change))))
-    steps = 2 * step[..., None]
-    columns = [(value[0] - value[1]) / steps]
-    for axis in range(3):
-        ahead, back = value[2 + 2 * axis], value[3 + 2 * axis]
-        columns.append((ahead - back) / (steps * span.unstretched_length[..., None]))
-    return np.stack(columns, axis=-1)
+    steps = 2 * step * np.stack([np.ones_like(length), length, length, length])
+    return np.stack(list((value[::2] - value[1::2]) / steps[..., None]), axis=-1)
 
 
 def strain_at_changed_length(strain, change):
