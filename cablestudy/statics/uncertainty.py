@@ -119,25 +119,23 @@ def _sampled(equilibrium):
     forces = np.concatenate([np.moveaxis(body_signs, 0, -1) * net_rounding[..., None], net[..., None]], axis=-1)
     if suspension.link_names:
         stiffness, end_forces, changes = _with_links(equilibrium, stiffness, end_forces, changes, generator)
-    ends = tangent.held_ends(suspension)
-    forces += _on_bodies(equilibrium, ends, end_forces, changes)
+    forces += _on_bodies(equilibrium, end_forces, changes)
     tension = end_forces[..., 1, :, None] * changes[..., None, :]  # at end 2, (..., c + l, 3, samples + 1)
     displacement = np.zeros(forces.shape)
     if suspension.free.any():
         displacement = _displacements(_blocks(equilibrium, stiffness, length_known), suspension, forces)
-        tension += stiffness[..., 1, :, :] @ _end_movements(equilibrium, ends, displacement, tension.shape)
+        tension += stiffness[..., 1, :, :] @ _end_movements(equilibrium, displacement)
     unit = np.maximum(cables.max_tension, STATICS.tiny)
     unit = joined(unit, equilibrium.links and np.ones_like(equilibrium.links.extension), -1)
     return _rms(displacement), _rms(size(np.swapaxes(tension, -1, -2)) / unit[..., None])
 
 
-def _on_bodies(equilibrium, ends, end_forces, changes):
+def _on_bodies(equilibrium, end_forces, changes):
     """Forces and moments on each body by relative changes of cables and links in k samples, shape (..., b, 6, k).
 
-    `ends` are those of `tangent.held_ends`; `end_forces`, shape (..., c + l, 2, 3), are per relative change, and
-    `changes` have the shape (..., c + l, k).
+    `end_forces`, shape (..., c + l, 2, 3), are per relative change; `changes` have the shape (..., c + l, k).
     """
-    cable, end, body = ends
+    cable, end, body = tangent.held_ends(equilibrium.suspension)
     wrenches = tangent.wrenches(equilibrium.arms[..., cable, end, :], end_forces[..., cable, end, :])
     of_ends = wrenches[..., None] * changes[..., cable, None, :]
     flat = of_ends.reshape(*of_ends.shape[:-2], 6 * changes.shape[-1])
@@ -145,13 +143,13 @@ def _on_bodies(equilibrium, ends, end_forces, changes):
     return by_body.reshape(*by_body.shape[:-1], 6, changes.shape[-1])
 
 
-def _end_movements(equilibrium, ends, displacement, shape):
-    """Movement of end 2 of each cable and link away from end 1 in k samples, of `shape` (..., c + l, 3, k). [m]
+def _end_movements(equilibrium, displacement):
+    """Movement of end 2 of each cable and link away from end 1, shape (..., c + l, 3, k), in k samples. [m]
 
-    `displacement`, shape (..., b, 6, k), is that of the bodies that hold the `ends`, as of `tangent.held_ends`.
+    `displacement`, shape (..., b, 6, k), is that of the bodies.
     """
-    cable, end, body = ends
-    movements = np.zeros((*shape[:-2], 2, *shape[-2:]))
+    (cable, end, body), (*lead, _, _, samples) = tangent.held_ends(equilibrium.suspension), displacement.shape
+    movements = np.zeros((*lead, len(equilibrium.suspension.owner), 2, 3, samples))
     of_ends = point_movement(equilibrium.arms[..., cable, end, :]) @ displacement.take(body, axis=-3)
     movements[..., cable, end, :, :] = of_ends
     return movements[..., 1, :, :] - movements[..., 0, :, :]
