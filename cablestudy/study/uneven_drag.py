@@ -354,6 +354,14 @@ def relative_change(change, number):
     return bounded_errors(np.divide(change, least, out=np.where(change > 0, np.inf, 0.0), where=least > 0))
 
 
+def movement_errors(movement):
+    """Errors of the parts of movements that are computed to first order, shape (..., 3): in units of the movement.
+
+    What a movement is wrong by is a share of all of it, and may be along an axis along which hardly any of it is.
+    """
+    return bounded_errors(np.abs(movement) + (STUDY.second_order - 1) * size(movement)[..., None])
+
+
 def bounded_errors(error):
     """Estimated errors that are numbers, none of them larger than `unknown_error`."""
     return np.minimum(np.nan_to_num(error, nan=STUDY.unknown_error), STUDY.unknown_error)
@@ -428,7 +436,8 @@ def swing_by_drag(results):
 def _changes_at_midspan(results):
     """Changes of sag [m] and swing [rad] of cables by the actual drag, each of shape (...).
 
-    The points and ends of the cable move by what the errors state; the chord turns with its ends.
+    The points and ends of the cable move by what the errors state; the chord turns with its ends. Movements with the
+    ends are known to first order: a share of them counts, whatever its direction, as in `movement_errors`.
     """
     errors, middle = results.drag_errors, results.middle[..., None]
     index = np.clip((errors.points < middle).sum(axis=-1, keepdims=True), 1, errors.points.shape[-1] - 1)
@@ -439,8 +448,11 @@ def _changes_at_midspan(results):
     place = points_along(results.form, middle)[..., 0, :]
     tangent = results.span.in_frame(results.form.at(middle)[1], "global")[..., 0, :]
     sag, swing = _at_midspan(place, tangent, moved_chord - step)
-    moved_sag, moved_swing = _at_midspan(place + movement - errors.ends[..., 0, :], tangent, moved_chord)
-    return moved_sag - sag, moved_swing - swing
+    movement = movement - errors.ends[..., 0, :]
+    moved_sag, moved_swing = _at_midspan(place + movement, tangent, moved_chord)
+    by_ends = (1 - 1 / STUDY.second_order) * np.where(step.any(axis=-1), size(movement - step / 2), 0.0)
+    distance = np.maximum(size(place - (moved_chord - step) / 2), STUDY.tiny)
+    return np.abs(moved_sag - sag) + by_ends, np.abs(moved_swing - swing) + by_ends / distance
 
 
 def _at_midspan(place, tangent, chord):

@@ -30,7 +30,7 @@ from cablestudy.study.suspension.load_cases import (
 )
 from cablestudy.study.suspension.numbers import CableValues, SingleCable, distribution_of, loads_of
 from cablestudy.study.tolerances import STUDY
-from cablestudy.study.uneven_drag import bounded_errors, relative_change
+from cablestudy.study.uneven_drag import movement_errors, relative_change
 from cablestudy.wind.mean import equilibrium_in_wind
 
 # zero but for rounding where the load is along the chord
@@ -278,8 +278,8 @@ class Group:
         unforced = self._unforced.equilibrium
         uncertainty = self.equilibrium.uncertainty.pose[index] + unforced.uncertainty.pose[index]
         change = self.errors.drag_change.displacement[index] - self._drag_change_unforced.displacement[index]
-        by_drag = bounded_errors(STUDY.second_order * np.abs(change[:, :3]))
-        return self.equilibrium.position[index] - unforced.position[index], uncertainty[:, :3], by_drag
+        displacement = self.equilibrium.position[index] - unforced.position[index]
+        return displacement, uncertainty[:, :3], movement_errors(change[:, :3])
 
     @cached_property
     def _steady_drag(self):

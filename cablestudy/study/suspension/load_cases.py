@@ -29,7 +29,13 @@ from cablestudy.study.load_cases import (
 )
 from cablestudy.study.suspension.numbers import CableValues, loads_of, numbers_of
 from cablestudy.study.tolerances import STUDY
-from cablestudy.study.uneven_drag import DragErrors, bounded_errors, largest_ratio, uneven_drag_errors
+from cablestudy.study.uneven_drag import (
+    DragErrors,
+    bounded_errors,
+    largest_ratio,
+    movement_errors,
+    uneven_drag_errors,
+)
 from cablestudy.wind.mean import Drag, equilibrium_in_wind
 
 
@@ -114,7 +120,7 @@ class DragChange:
     @property
     def uncertainty(self):
         """Errors of positions [m] and attitudes [rad], shape (n, b, 6)."""
-        return bounded_errors(STUDY.second_order * np.abs(self.displacement))
+        return np.concatenate([movement_errors(part) for part in np.split(self.displacement, 2, axis=-1)], axis=-1)
 
 
 def drag_change(equilibrium, drag):

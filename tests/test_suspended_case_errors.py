@@ -1,0 +1,169 @@
+"""Random load cases of suspensions: numbers are within their stated errors of cables in pieces, and of Newton's law.
+
+The reference hangs each cable in pieces between two places, with its ice, loads, and the drag of its own direction,
+stretch and height (`references.cable_in_wind`), and looks for the pose of the body in which all forces and moments are
+in balance. Only where this search begins is the program's.
+"""
+
+import numpy as np
+import pytest
+from campaign import campaign
+from references import cable_in_wind
+from scipy.optimize import root
+from scipy.spatial.transform import Rotation
+from solved import solve
+from suspension_cases import case_of
+
+G, PIECES = 9.81, 50
+SIZE = 20.0  # distance of the anchors [m]
+AXES, ROWS = ("roll", "pitch", "yaw"), ("x", "y", "z", "rx", "ry", "rz")
+
+
+def scene_data(seed):
+    """A body that moves freely, or along some axes, on four or five cables, in one load case of everything."""
+    rng = np.random.default_rng([seed, 5])
+    mass, weight = 10 ** rng.uniform(0, 3), 9.81 * 10 ** rng.uniform(-1, 0.7) * SIZE  # of the body; of a cable
+    body = {
+        "at": [0, 0, 60.0], "mass": mass + weight / G, "inertia": [0.3 * mass] * 3, "center_of_mass": [0, 0, -0.3],
+        "attachments": {}, "markers": {"tip": [0.5, 0.2, -1.0]},
+        "wind": {"area": [0.02, 0.03, 0.01], "drag_coefficient": 1.1, "center_of_pressure": [0.1, 0, -0.2]},
+    }  # fmt: skip
+    if seed % 3 == 2:
+        body["free"] = ["x", "y", "z"]
+    data = {"points": {}, "bodies": {"box": body}, "cables": {}, "ground": 0.0}
+    count = int(rng.integers(4, 6))
+    for number in range(count):
+        angle = 2 * np.pi * number / count + rng.normal() * 0.2
+        place = SIZE * np.array([np.cos(angle), np.sin(angle), rng.uniform(0.4, 1.0)]) + [0, 0, 60]
+        arm = 0.6 * np.array([np.cos(angle), np.sin(angle), 0.5]) + rng.normal(size=3) * 0.1
+        body["attachments"][f"e{number}"], data["points"][f"a{number}"] = arm.tolist(), place.tolist()
+        length = np.linalg.norm(place - arm - [0, 0, 60]) * (1 + rng.choice([-1e-3, 3e-3, 0.02]))
+        data["cables"][f"c{number}"] = {"from": f"a{number}", "to": f"box.e{number}", "unstretched_length": length}
+    data["cable"] = {
+        "axial_stiffness": (mass * G + weight) * 10 ** rng.uniform(2, 4), "mass_per_length": weight / G / SIZE,
+        "diameter": 0.02, "expansion": 1.2e-5,
+    }  # fmt: skip
+    data["cables"]["c1"] |= {"loads": [{"fraction": 0.2, "mass": weight / G}], "reference": {"loads": True}}
+    data["cases"] = {"day": _day(rng, mass * G, weight, lost=seed % 4 == 3)}
+    return data | {"case": "day"}
+
+
+def _day(rng, force, weight, lost):
+    """Temperature, ice, wind, loads, forces, moves, and a lost cable."""
+    wind = {"speed": float(rng.uniform(5, 25)), "direction": float(rng.uniform(-3, 3))}
+    day = {
+        "temperature": float(rng.choice([223.15, 373.15])), "moves": {"a0": [0.05, -0.02, -0.1]},
+        "ice": {"thickness": float(rng.uniform(0.001, 0.01)), "on": ["c0", "c2"]},
+        "loads": {"c2": [{"fraction": 0.6, "force": (rng.normal(size=3) * weight).tolist()}]},
+        "forces": {"box": {"force": (rng.normal(size=3) * 0.2 * force).tolist(), "moment": [0, 0, 0.02 * force]},
+                   "box.tip": [0.1 * force, 0, 0]},
+    }  # fmt: skip
+    if rng.random() < 0.7:
+        day["wind"] = wind | rng.choice([{}, {"at": 10.0, "exponent": 0.2}, {"on": ["c0", "c2", "box"]}])
+    return day | ({"lost": ["c1"]} if lost else {})
+
+
+class Truth:
+    """The body and its cables in the load case of a scene, by pieces; `starts` are tension vectors at ends `from`."""
+
+    def __init__(self, data, starts):
+        self.cable, self.day, self.body = data["cable"], data["cases"]["day"], data["bodies"]["box"]
+        self.free = ("x", "y", "z") if "free" in self.body else ROWS
+        names = [name for name in data["cables"] if name not in self.day.get("lost", ())]
+        self.cables = {name: data["cables"][name] for name in names}
+        self.starts, self.points = dict(zip(names, starts, strict=True)), data["points"]
+
+    def wind_on(self, name):
+        """Function of the dynamic pressure at places, and the direction; no pressure without wind."""
+        wind = self.day.get("wind", {"speed": 0.0, "direction": 0.0})
+        blows = name in wind.get("on", (name,))
+
+        def pressure(place):
+            of_height = (place[2] / wind["at"]) ** (2 * wind["exponent"]) if "at" in wind else 1.0
+            return blows * 0.6 * wind["speed"] ** 2 * of_height
+
+        return pressure, wind["direction"]
+
+    def pieces(self, name, end_2):
+        """Places and tension vectors of the pieces of a cable."""
+        entry, ratio = self.cables[name], 1 + self.cable["expansion"] * (self.day["temperature"] - 288.15)
+        mass, diameter = self.cable["mass_per_length"] / ratio, self.cable["diameter"]
+        if name in self.day["ice"]["on"]:
+            thickness = self.day["ice"]["thickness"]
+            mass += np.pi * 900 * thickness * (diameter + thickness)
+            diameter += 2 * thickness
+        pressure, direction = self.wind_on(name)
+        load = cable_in_wind.drag(1.2 * diameter, pressure, direction, mass * G)
+        loads = {
+            round(PIECES * entry["fraction"]): np.array(entry.get("force", (0, 0, -G * entry.get("mass", 0.0))))
+            for entry in (*entry.get("loads", ()), *self.day["loads"].get(name, ()))
+        }
+        end_1 = np.array(self.points[entry["from"]]) + self.day["moves"].get(entry["from"], (0, 0, 0))
+        length = entry["unstretched_length"] * ratio
+        stiffness = self.cable["axial_stiffness"]
+        found = cable_in_wind.solve(end_1, end_2, stiffness, length, load, self.starts[name], PIECES, loads)
+        self.starts[name] = found[1][0]  # where the next search begins
+        return found
+
+    def balance(self, position, rotation):
+        """Forces and moments on the body about its reference point, shape (6,), and the pieces of each cable."""
+        pressure, direction = self.wind_on("box")
+        blows = rotation.T @ [np.cos(direction), np.sin(direction), 0.0]
+        center = rotation @ self.body["wind"]["center_of_pressure"]
+        drag = rotation @ (1.1 * np.array(self.body["wind"]["area"]) * blows) * pressure(position + center)
+        forces = self.day["forces"]
+        loads = [
+            (rotation @ self.body["center_of_mass"], [0, 0, -G * self.body["mass"]]), (center, drag),
+            (np.zeros(3), forces["box"]["force"]), (rotation @ self.body["markers"]["tip"], forces["box.tip"]),
+        ]  # fmt: skip
+        hanging = {}
+        for name, entry in self.cables.items():
+            arm = rotation @ self.body["attachments"][entry["to"].removeprefix("box.")]
+            hanging[name] = self.pieces(name, position + arm)
+            loads.append((arm, -hanging[name][1][-1]))
+        force = np.sum([load for _, load in loads], axis=0)
+        moment = np.sum([np.cross(arm, load) for arm, load in loads], axis=0) + forces["box"]["moment"]
+        return np.concatenate([force, moment]), hanging
+
+    def columns(self, position, rotation):
+        """Columns of the body and its cables in equilibrium, found from a pose nearby: dict."""
+        moves = np.array([axis in self.free for axis in ROWS])
+
+        def pose(step):
+            whole = np.zeros(6)
+            whole[moves] = step
+            return position + whole[:3], Rotation.from_rotvec(whole[3:]).as_matrix() @ rotation
+
+        found = root(lambda step: self.balance(*pose(step))[0][moves], np.zeros(moves.sum()), tol=1e-10)
+        place, turned = pose(found.x)
+        left, hanging = self.balance(place, turned)
+        tension = max(np.linalg.norm(force, axis=1).max() for _, force in hanging.values())
+        assert np.abs(left[moves]).max() < 1e-7 * tension
+        angles = Rotation.from_matrix(turned).as_euler("ZYX", degrees=True)[::-1]
+        columns = {f"box.{axis}": value for axis, value in zip("xyz", place, strict=True)}
+        columns |= {f"box.{axis}": value for axis, value in zip(AXES, angles, strict=True) if len(self.free) > 3}
+        for name, (places, forces) in hanging.items():
+            chord = places[-1] - places[0]
+            of_cable = cable_in_wind.statics(places, forces) | {
+                "chord": np.linalg.norm(chord), "inclination": np.degrees(np.arctan2(chord[2], np.hypot(*chord[:2]))),
+            }  # fmt: skip
+            names = {"tension_1": "tension_from", "tension_2": "tension_to"}
+            columns |= {f"{name}.{names.get(column, column)}": value for column, value in of_cable.items()}
+        return columns
+
+
+SEEDS = campaign(range(40), [2, 3, 4, 5])
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_load_cases_of_suspensions_are_within_their_stated_errors(seed):
+    data = scene_data(seed)
+    equilibrium = case_of(data).equilibrium
+    truth = Truth(data, equilibrium.end_forces[:, 0])
+    expected = truth.columns(equilibrium.position[0], equilibrium.rotation[0])
+    row = solve(data, *expected)
+    for column, value in expected.items():
+        # pieces: a sag between two of their ends
+        digits = (1.5 / PIECES) ** 2 if column.endswith(("sag", "swing", "lowest_point")) else 1e-6
+        size = max(abs(row.values[column]), abs(value))
+        assert abs(row.values[column] - value) <= (row.errors[column] + digits) * size + 1e-7, column
