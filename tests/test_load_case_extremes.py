@@ -24,7 +24,7 @@ ASKED = (
 COMPARED = [name for name in ASKED if name == "preload" or name.startswith(("tension", "reaction"))]
 TABLE = read_study(CONFIGS / "extremes-cases.yaml")
 # these overflowed, or were off in the axes of an almost upright cable in the wind, or named a load at nan m
-ONCE_WRONG = (11, 21, 156, 179, 243, 344)
+ONCE_WRONG = (11, 21, 156, 179, 243, 344, 362)
 
 
 def is_an_answer(status):

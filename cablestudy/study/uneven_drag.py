@@ -100,9 +100,11 @@ def changes_by_actual_drag(drag, catenary, stretched=False, steps=STUDY.drag_ste
     at_ends = span.in_frame(catenary.tension_at(np.array([0.0, 1.0])), "global")
     force = np.concatenate([at_points, at_ends], axis=1)
     change = np.concatenate([tensions - at_points, ends], axis=1)
-    of_force = ((size(change) + size(step)) / np.maximum(size(force), np.finfo(float).tiny)).max(axis=-1)
+    tiny = np.finfo(float).tiny
     offset = size(span.in_frame(catenary.at(np.array([0.5]))[0], "global"))
-    of_form = (size(at_middle) + size(at_middle - previous)) / np.maximum(offset, np.finfo(float).tiny)
+    with np.errstate(over="ignore"):  # changes of what was nothing before are infinite
+        of_force = ((size(change) + size(step)) / np.maximum(size(force), tiny)).max(axis=-1)
+        of_form = (size(at_middle) + size(at_middle - previous)) / np.maximum(offset, tiny)
     return ChangesByDrag(np.maximum(of_force, of_form[:, 0]), ends, length * displacement, tensions)
 
 
