@@ -2,7 +2,6 @@
 
 import re
 from dataclasses import dataclass
-from itertools import repeat
 
 from cablestudy.pages.markup import boxed, element, text, unit_text
 from cablestudy.pages.tolerances import PAGES
@@ -129,21 +128,27 @@ def _shown_columns(table):
 
 def _turned(columns, table, across):
     """List of `CellColumn` with a line for each quantity, and a column for each row, headed by its cell of `across`."""
-    rows, errors = list(table.rows), list(table.errors()) if table.errors else []
+    errors = list(table.errors()) if table.errors else []
     heading = None if table.single else next(column for column in columns if column.name == across)
-    shown = [c for c in columns if c is not heading and any(row.get(c.name) is not None for row in rows)]
-    largest, largest_of_rows = _largest(errors), [max(row.values(), default=None) for row in errors]
-    has_foot = len(rows) > 1 and any(largest_of_rows)
-    feet = map(error_text, largest_of_rows) if has_foot else repeat("")
-    cell_columns = [CellColumn("quantity", [column.title for column in shown], foot=LARGEST if has_foot else "")]
-    for row, foot in zip(rows, feet, strict=False):
-        head = "value" if table.single else heading.cell(row)
-        cell_columns.append(CellColumn(head, [column.cell(row) for column in shown], right=True, foot=foot))
-    cell_columns.append(CellColumn("unit", [column.unit for column in shown]))
+    shown = [c for c in columns if c is not heading and any(row.get(c.name) is not None for row in table.rows)]
+    feet = _largest_of_rows(errors, len(table.rows))
+    quantities = CellColumn("quantity", [column.title for column in shown], foot=LARGEST if any(feet) else "")
+    values = [
+        CellColumn(heading.cell(row) if heading else "value", [c.cell(row) for c in shown], right=True, foot=foot)
+        for row, foot in zip(table.rows, feet, strict=True)
+    ]
+    cell_columns = [quantities, *values, CellColumn("unit", [column.unit for column in shown])]
+    largest = _largest(errors)
     if largest or table.single:
         of_quantities = [error_text(largest.get(column.name)) for column in shown]
-        cell_columns.append(CellColumn(LARGEST if len(rows) > 1 else ERROR, of_quantities, right=True))
+        cell_columns.append(CellColumn(LARGEST if len(values) > 1 else ERROR, of_quantities, right=True))
     return cell_columns
+
+
+def _largest_of_rows(errors, count):
+    """Text of the largest error of each of `count` rows: list; empty texts for one row, and where no error is known."""
+    largest = [max(row.values(), default=None) for row in errors]
+    return list(map(error_text, largest)) if count > 1 and any(largest) else [""] * count
 
 
 def _by_rows(columns, table, caption, where_all):

@@ -241,22 +241,28 @@ def _printed_values(study, columns):
         rows = [row for _, row in lines]
     except SceneError as error:  # its messages name the file of the table
         raise SceneError(*(Mistake(where, "reference", str(mistake)) for mistake in error.mistakes)) from None
-    headers, messages = [column.header for column in columns], []
-    for name in (name for name in names if name not in headers):
-        hint = "".join(f" (did you mean {near!r}?)" for near in get_close_matches(name, headers, 1))
-        messages.append(f"column {name!r} is not among the study's columns{hint}")
-    if len(rows) != study.count:
-        messages.append(f"{counted(len(rows), 'row')}, and the study has {counted(study.count, 'case')}")
     numbers = [{name: number(row[name]) for name in names} for row in rows]
-    messages += [
-        f"row {row_number}, {name}: not a number: {row[name]!r}"
-        for row_number, (row, numbers_of_row) in enumerate(zip(rows, numbers, strict=True), 1)
-        for name in names
-        if row[name].strip() and numbers_of_row[name] is None
-    ]
+    messages = [*_misfits(study, [column.header for column in columns], names, len(rows)), *_no_numbers(rows, numbers)]
     if messages:
         raise SceneError(*(Mistake(where, "reference", f"{study.reference_path}: {text}") for text in messages))
     return names, numbers
+
+
+def _misfits(study, headers, names, count):
+    """Yield what of printed values does not fit a study: columns that it does not have, another number of rows."""
+    for name in (name for name in names if name not in headers):
+        hint = "".join(f" (did you mean {near!r}?)" for near in get_close_matches(name, headers, 1))
+        yield f"column {name!r} is not among the study's columns{hint}"
+    if count != study.count:
+        yield f"{counted(count, 'row')}, and the study has {counted(study.count, 'case')}"
+
+
+def _no_numbers(rows, numbers):
+    """Yield what is wrong with printed values whose cells are neither empty nor numbers."""
+    for row_number, (row, numbers_of_row) in enumerate(zip(rows, numbers, strict=True), 1):
+        for name, value in numbers_of_row.items():
+            if value is None and row[name].strip():
+                yield f"row {row_number}, {name}: not a number: {row[name]!r}"
 
 
 def _is_loaded(study):
