@@ -30,6 +30,8 @@ OPERATORS = {
 }  # fmt: skip
 EQUALITY = (operator.eq, operator.ne)
 OPERAND_KINDS = ("number", "name", "text")
+SIGNS = "<", "<=", ">", ">=", "==", "!="
+SIGN, END = "< <= > >= == or !=", "and, or, or the end"  # in messages: what may follow an operand, or a comparison
 
 
 def parse(text, study):
@@ -49,6 +51,15 @@ def _refuse(column, message):
     raise SceneError(f"--where:{column}: {message}")
 
 
+def _check_neighbours(tokens):
+    """Refuse an operand, `(` or `not` right after an operand or `)`, which Python's parser may take for a call."""
+    for before_last, last, token in zip([None, *tokens], tokens, tokens[1:], strict=False):
+        is_complete = last.kind in OPERAND_KINDS or last.text == ")"
+        if is_complete and (token.kind in OPERAND_KINDS or token.text in ("(", "not")):
+            compared = last.text == ")" or (before_last and before_last.text in SIGNS)
+            _refuse(token.column, f"expected {END if compared else SIGN}, got {token.text!r}")
+
+
 class _Translator:
     """Translator of the syntax tree of a condition to a function of a pandas.DataFrame."""
 
@@ -56,6 +67,7 @@ class _Translator:
         self.tokens, self.study = tokens, study
         self.source, self.offsets = "", []  # what Python parses, and where each token begins in it
         self.bare = []  # texts of the numbers without a unit beside varied keys that have one, with that unit
+        _check_neighbours(tokens)
         for token in tokens:
             self.offsets.append(len(self.source))
             self.source += ("x" if token.kind in OPERAND_KINDS else token.text) + " "
@@ -78,7 +90,7 @@ class _Translator:
             _refuse(token.column, "'(' is never closed")
         before = self.tokens[: self.tokens.index(token)][-1:]  # a list of one token, or empty
         is_complete = before and (before[0].kind in OPERAND_KINDS or before[0].text == ")")
-        expected = "and, or, or the end" if is_complete else "a column, a number or a text"
+        expected = END if is_complete else "a column, a number or a text"
         _refuse(token.column, f"expected {expected}, got {repr(token.text) if token.text else 'nothing'}")
 
     def token_at(self, offset):
@@ -104,12 +116,9 @@ class _Translator:
     def refuse_node(self, node):
         """Report a node that is neither a condition nor an operand where one of them is expected."""
         token = self.token_at(node.col_offset)
-        if isinstance(node, ast.Name | ast.Call):  # Python reads `sag (...)` and `(...) (...)` as calls
-            called = getattr(node, "func", node)
-            last = self.token_at(called.end_col_offset - 1)
-            following = self.tokens[self.tokens.index(last) + 1]
-            missing = "< <= > >= == or !=" if isinstance(called, ast.Name) else "and, or, or the end"
-            _refuse(following.column, f"expected {missing} after {last.text!r}")
+        if isinstance(node, ast.Name):
+            following = self.tokens[self.tokens.index(token) + 1]
+            _refuse(following.column, f"expected {SIGN} after {token.text!r}")
         got = "empty brackets" if isinstance(node, ast.Tuple) else "a condition"
         _refuse(token.column, f"expected a column, a number or a text, got {got}")
 
