@@ -136,6 +136,40 @@ def test_the_error_of_a_peak_utilisation_is_that_of_the_peak_by_its_share():
     assert row.errors["peak"] > 1e-6
 
 
+def probability_beyond(level, crossings):
+    """Of a random motion to pass a level, over its RMS: Poisson's law for its up-crossings."""
+    return float(1 - mp.ncdf(level) * mp.exp(-crossings * mp.exp(-(mp.mpf(level) ** 2) / 2)))
+
+
+@pytest.mark.parametrize("speed", [14, 18, 22])
+def test_the_probability_that_a_cable_goes_slack_at_its_gondola(speed):
+    """Tensions at the ends and their rates with the gondola's place, by the 50-digit catenary."""
+    sets = [f"wind.speed={speed}", "cable.damping={model: kelvin_voigt, time: 1e-3}", "winch.controller.gain=0.01"]
+    names = "gondola_rms", "gondola_rms_velocity", "mean_displacement", "slack_probability", "unstretched_length"
+    base = scene(*sets, "model.accuracy=1e-4")
+    row = solve(base, *names)
+    found = row.values
+    (x, _, z), length = base.cable.end_2, mp.mpf(found["unstretched_length"])
+    area, small = mp.mpf("2.69e-6"), mp.mpf(10) ** -15
+    stiffness, weight = mp.mpf("70.3e9") * area, 1440 * area * mp.mpf("9.81")
+
+    def forces(moved):
+        at_1 = mp.matrix(catenary_mp.solve_loaded((x + moved, 0, mp.mpf(z)), length, stiffness, weight, []))
+        return at_1, at_1 + mp.matrix([0, 0, weight * length])
+
+    with mp.workdps(50):
+        ends, others = forces(0), list(zip(forces(small), forces(-small), strict=True))
+        rates = [(mp.norm(plus) - mp.norm(minus)) / (2 * small) for plus, minus in others]
+        distance = min(mp.norm(end) / abs(rate) for end, rate in zip(ends, rates, strict=True))
+        rms, velocity = found["gondola_rms"] / 1e3, found["gondola_rms_velocity"] / 1e3
+        level = (distance - found["mean_displacement"] / 1e3) / rms
+        expected = probability_beyond(level, velocity / (2 * np.pi * rms) * base.wind.duration)
+    assert found["slack_probability"] == pytest.approx(expected, rel=1e-7)
+    assert 1e-16 < expected < 1
+    # an error of the RMS counts times the square of the level
+    assert row.errors["slack_probability"] > float(level) ** 2 * row.errors["gondola_rms"] * (1 - expected)
+
+
 def test_windrms_warns_of_a_slack_cable_and_of_motion_beyond_the_linear_range():
     stormy = run("windrms", CARLINA, "--set", "wind.speed=80 m/s")
     assert "warning: a cable goes slack in the wind" in stormy.err
@@ -163,6 +197,20 @@ def test_a_suspension_names_the_cables_that_go_slack():
         drop = min(means) - value(case, "c0.least_tension")
         assert each[0] * 1.5e9 * 1.5e-5 == pytest.approx(max(means) + drop, rel=0.02)
     assert rows[0].status == "ok" != rows[1].status
+
+
+def test_the_probability_that_a_cable_of_a_suspension_goes_slack():
+    text = hung(1)
+    text["wind"] |= {"length_scale": 25.0, "turbulence_intensity": 0.15, "coherence_decay": 10.0}
+    case = case_of(with_changes(text, wind__speed=45.0))
+    for name in text["cables"]:
+        ends = []
+        for mean, end in zip(case.analysis.mean_tensions(name), ("tension_from", "tension_to"), strict=True):
+            rms, rate = (case.analysis.rms([f"{name}.{end}"], kind, open_loop=False)[0] for kind in ("value", "rate"))
+            crossings = rate / (2 * np.pi * rms) * case.scene.wind.duration
+            ends.append(probability_beyond(mean / rms, crossings))
+        assert value(case, f"{name}.slack_probability") == pytest.approx(max(ends), rel=1e-9)
+        assert max(ends) > 0
 
 
 def test_a_doubt_is_an_answer_and_comes_last():

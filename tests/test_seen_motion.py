@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from command import CARLINA, run, study_file, table_of
+from mpmath import mp
 from references import loop_matrix
 from scenes import PAPER, cells, scene
 from scipy.integrate import quad
@@ -12,7 +13,7 @@ from test_windrms import PUSHED, brute, case_of, case_with, force, loop_of, rms_
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.one_cable.case import CableCase
 from cablestudy.wind.imaging import correction_weight, exposure_weight
-from cablestudy.wind.peak import peak_factor
+from cablestudy.wind.peak import peak_factor, probability_beyond
 
 EXPOSURE, MIRROR = "exposure=10 ms", "correction={bandwidth: 20 Hz, delay: 1 ms}"
 STEADY = 1.2 / 2 * 1.17 * 0.6 * 6.0**2  # drag of the mean wind in configs/carlina.yaml [N]
@@ -258,3 +259,24 @@ def test_a_case_of_the_trapezoidal_rule_has_them_too():
     found, expected = by_trapezoids(CableCase(scene(*sets)), frequency), case_of(*sets)
     names = "exposure", "corrected", "corrected_exposure"
     assert rms_of(found, *names) == pytest.approx(rms_of(expected, *names), rel=1e-3)
+
+
+def test_the_probability_to_go_beyond_a_level_by_many_digits():
+    for level, rate, duration in ((2.5, 0.6, 20.0), (20.0, 1.5, 600.0), (-1.0, 0.2, 3.0), (0.0, 1.0, 0.0)):
+        with mp.workdps(50):
+            below, crossings = mp.ncdf(level), mp.mpf(rate) * duration * mp.exp(-(mp.mpf(level) ** 2) / 2)
+            expected = float(1 - below * mp.exp(-crossings))
+        assert probability_beyond(level, rate, duration) == pytest.approx(expected, rel=1e-12)
+    assert probability_beyond(np.inf, 1.0, 600.0) == 0
+
+
+def test_the_probability_to_go_beyond_a_level_by_random_motions():
+    """Motions with a flat spectrum up to 1 Hz: sums of cosines of random phases and amplitudes, for 20 s."""
+    random, frequency, time = np.random.default_rng(5), (np.arange(200) + 0.5) / 200, np.arange(0, 20.0, 0.02)
+    waves = np.exp(2j * np.pi * frequency[:, None] * time)
+    amplitudes = random.normal(size=(3000, 200, 2)) / np.sqrt(200)
+    motions = (amplitudes[..., 0] - 1j * amplitudes[..., 1]) @ waves
+    rate = np.sqrt((frequency**2).mean())
+    for level in (2.0, 2.5, 3.0):
+        share = (motions.real.max(axis=1) > level).mean()
+        assert probability_beyond(level, rate, 20.0) == pytest.approx(share, abs=0.03)

@@ -92,6 +92,7 @@ NO_TWIN = {
     "limit_margin": "of the limits that a scene states, which name its own columns; test_limits.py",
     "governing": "the same",
     "peak_utilisation": "quasi-static, at the gondola's peak; of a suspension from the RMS of the tension",
+    "slack_probability": "likewise",
     **{
         f"gondola_rms{quantity}{state}_all_wind": "gondola and cable in uncorrelated winds; of a suspension in one wind"
         for quantity in ("", "_velocity")

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cablestudy.motion.tolerances import MOTION
-from cablestudy.wind.peak import peak_factor
+from cablestudy.wind.peak import peak_factor, probability_beyond
 
 
 def peak(analysis, names, mean=0.0, crossings=0.0, mean_error=0.0):
@@ -51,6 +51,34 @@ def peak_of_change(analysis, names):
     """
     rms, rms_rate = (np.sqrt(analysis.sum_of_variances(names, variance)) for variance in ("value", "rate"))
     return peak_factor(rms_rate / (2 * np.pi * rms), analysis.scene.wind.duration) * rms if rms else rms
+
+
+def probability_of_change(analysis, names, distance, crossings=0.0, distance_error=0.0):
+    """Probability that some outputs together move from their mean by a distance, to one side, in `wind.duration`.
+
+    Parameters
+    ----------
+    analysis, names, crossings
+        As of `peak`.
+    distance : float
+        In the unit of the outputs.
+    distance_error : float
+        Its relative error. [-]
+
+    Returns
+    -------
+    probability, error : float
+        And its estimated relative error. [-]
+    """
+    rms, error = analysis.rms(names, "value", open_loop=False)
+    if not rms:
+        return float(distance <= 0), error
+    rms_rate, rate_error = analysis.rms(names, "rate", open_loop=False)
+    level, rate, duration = distance / rms, rms_rate / (2 * np.pi * rms), analysis.scene.wind.duration
+    probability = probability_beyond(level, rate, duration)
+    lower_level = level - abs(level) * (error + distance_error) if np.isfinite(level) else level
+    largest = probability_beyond(lower_level, rate * (1 + max(rate_error + error, crossings)), duration)
+    return probability, (largest - probability) / probability if probability else float(largest > 0)
 
 
 @dataclass(frozen=True)

@@ -28,6 +28,7 @@ from cablestudy.study.motion_columns import (
     peak_utilisation,
     rms_columns,
     rms_of_bare_cable,
+    slack_probability,
     winch_columns,
 )
 from cablestudy.study.tolerances import STUDY
@@ -315,6 +316,8 @@ COLUMNS = (
            "Davenport's factor times the RMS with the winch loop, if there is one", "wind", peak_of_gondola, BODY),
     Column("peak_utilisation", "", "largest tension over breaking force at the gondola's peak, towards either side; "
            "linear", "wind", peak_utilisation, f"{BODY}, {STRONG}"),
+    Column("slack_probability", "", "probability that the tension at an end falls to zero within wind.duration by the "
+           "gondola's displacement, towards either side; linear", "wind", slack_probability, BODY, any_error=True),
     Column("linear_range", "mm", "displacement of the gondola along x, of either sign, at which the restoring force of "
            "the cable differs by 5 % from linear; empty where it does not", "stiffness", _linear_range, "gondola.mass",
            each=True),

@@ -53,6 +53,7 @@ class Column:
     of_reference: bool = False  # by the reference state alone, in which no steady wind blows
     # Results -> its error, shape (n,), by drag that is taken as uniform: beside the relative one of all results
     by_drag: Callable | None = None
+    any_error: bool = False  # whether it has the error that it reaches, which may be above the accuracy of the model
     follows_drag: bool = False  # whether its error counts what drag that is taken as uniform leaves, if anything
 
     @property

@@ -1,6 +1,7 @@
-"""The largest value that a random motion is expected to reach within some time."""
+"""The largest value that a random motion is expected to reach within some time, and how probable a given one is."""
 
 import numpy as np
+from scipy.special import ndtr
 
 LEAST_CROSSINGS = np.e  # of fewer the factor of the formula grows again
 
@@ -34,3 +35,33 @@ def peak_factor(rate, duration):
         crossings = np.log(rate) + np.log(duration)  # their product might overflow
     mode = np.sqrt(2 * np.maximum(crossings, np.log(LEAST_CROSSINGS)))
     return mode + np.euler_gamma / mode
+
+
+def probability_beyond(level, rate, duration):
+    """Probability that a random motion goes beyond a level, to one side, at some moment within some time.
+
+    The motion is a stationary Gaussian process of zero mean.
+
+    Parameters
+    ----------
+    level : float
+        Over the RMS; below zero where the mean is beyond already. [-]
+    rate : float
+        Expected up-crossings of zero per time, as of `peak_factor`. [Hz]
+    duration : float
+        The time. [s]
+
+    Returns
+    -------
+    float
+        1 - Phi(a) exp(-n exp(-a^2/2)), n = rate x duration: Phi(a) is the probability to begin below the level a, and
+        n exp(-a^2/2) the expected number of its up-crossings. [-]
+
+    Notes
+    -----
+    Rice, Mathematical analysis of random noise, Bell System Technical Journal 24 (1945), section 3.3, for the rate of
+    crossings. They are taken as independent: those of a lightly damped motion come in clusters, and the probability is
+    smaller.
+    """
+    crossings = rate * duration * np.exp(-(level**2) / 2)
+    return float(ndtr(-level) - ndtr(level) * np.expm1(-crossings))

@@ -197,12 +197,12 @@ class RefinedBatch(CableBatch):
     def _refuse_inaccurate(self, row):
         """Let columns of gondola, loop and wind fail whose error is above the accuracy.
 
-        In a steady wind, and those of suspensions, they state the error that they reach.
+        In a steady wind, and those of suspensions, they state the error that they reach, as `Column.any_error` does.
         """
         case, accuracy = row.case, row.case.scene.model.accuracy
         for column in self.required.system:
             name = column.header
-            error = row.errors.get(name) if name in row.cells else None
+            error = row.errors.get(name) if name in row.cells and not column.any_error else None
             if error is None or case.results.drag.normal_drag[case.index] or not is_of_one_cable(column):
                 continue
             error -= case.equilibrium_error(column)

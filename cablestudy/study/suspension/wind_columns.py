@@ -131,6 +131,14 @@ def tension_columns(name):
     def rms(case):
         return case.analysis.largest_rms([f"{name}.{end}" for end in ENDS])
 
+    def slack_probability(case):
+        means, error = case.analysis.mean_tensions(name), _error_of_mean_tensions(case)
+        pairs = (
+            peaks.probability_of_change(case.analysis, [f"{name}.{end}"], mean, MOTION.crossings, error)
+            for mean, end in zip(means, ENDS, strict=True)
+        )
+        return max(pairs, key=lambda pair: pair[0])
+
     def utilisation(case):
         tension, error = tension_at_peak(case, name, 1)
         return tension / case.scene.cables[name].section_breaking_force, error
@@ -141,6 +149,8 @@ def tension_columns(name):
                "zero it goes slack", "wind", lambda case: tension_at_peak(case, name, -1), "wind"),
         Column(f"{name}.peak_utilisation", "", "mean and peak factor times RMS of the tension, the larger one of both "
                "ends, over breaking force", "wind", utilisation, f"wind, cables.{name}.section_breaking_force"),
+        Column(f"{name}.slack_probability", "", "probability that the tension at an end falls to zero within "
+               "wind.duration, that of the more probable end", "wind", slack_probability, "wind"),
     ]  # fmt: skip
 
 
@@ -149,12 +159,17 @@ def tension_at_peak(case, name, sign):
 
     The largest one of both ends with a `sign` of 1, the least one with -1.
     """
-    tensions, by_statics = [], case.statics_error(None) + case.group.errors.drag_in_wind[case.index]
+    tensions, by_statics = [], _error_of_mean_tensions(case)
     for mean, end in zip(case.analysis.mean_tensions(name), ENDS, strict=True):
         change, error = peaks.peak(case.analysis, [f"{name}.{end}"], crossings=MOTION.crossings)
         tension = mean + sign * change
         tensions.append((tension, (error * change + by_statics * mean) / abs(tension) if tension else error))
     return max(tensions, key=lambda pair: sign * pair[0])
+
+
+def _error_of_mean_tensions(case):
+    """Relative error of tensions in the mean wind. [-]"""
+    return case.statics_error(None) + case.group.errors.drag_in_wind[case.index]
 
 
 def midspan_column(name):
