@@ -237,7 +237,7 @@ class Scene(SceneCommands):
         names = {"input": input, "output": output, "proper": proper}
         options = StateSpaceOptions(count=modes, upto=upto, error=error, attached=with_, wind=wind, **names)
         choice = kind_of(self.model).ssm.choose(self.document, self.model, options)
-        caller = 4  # of the method, past the check of its arguments
+        caller = 3  # of the method, past the check of its arguments
         for line in choice.warnings:
             warnings.warn(line.removeprefix("warning: "), stacklevel=caller)
         return exported(choice.system(), options)

@@ -269,8 +269,11 @@ class Equilibrium:
     def take(self, index):
         """`Equilibrium` of one case of a batch of shape (n,), or of some, with its stiffness if that was computed.
 
-        One case is taken once, from the first batch that has it: all who take it share it.
+        One case is taken once, from the first batch that has it: all who take it share it. With `np.newaxis` as index
+        that of one case is a batch of it.
         """
+        if index is np.newaxis:
+            return self._taken(index)
         if self._origin is not None:
             batch, own = self._origin
             return batch.take(own[index])
