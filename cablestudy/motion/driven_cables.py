@@ -70,6 +70,8 @@ class DrivenCables:
         With control, and stable with the winches at rest.
     gain : float
         Gain of the controller. [rad/s]
+    others : sequence of DrivenCables
+        Those of other gains of this loop: models and loop gain are taken from one whose modes are equal.
     resolved_to : float
         Frequency up to which waves across the cables are resolved, at least. [rad/s]
 
@@ -86,11 +88,13 @@ class DrivenCables:
         There are more half-waves along a cable than can be resolved, or no modes to the accuracy.
     """
 
-    def __init__(self, closed_loop, gain, resolved_to=0.0):
+    def __init__(self, closed_loop, gain, others=(), resolved_to=0.0):
         self.closed_loop, self.gain, self._effects = closed_loop, gain, closed_loop.stability.effects
         self._base, self.fixed_elements = closed_loop.modes, closed_loop.plant.model is not None
         self.resolved_to = max(self._highest_resolved, resolved_to)
-        self.models = self._models()
+        models = self._models()
+        self._alike = [other for other in others if other.models.equal(models)]
+        self.models = self._alike[0].models if self._alike else models
 
     @cached_property
     def _in_loop(self):
@@ -104,14 +108,24 @@ class DrivenCables:
             raise ConvergenceError(message) from None
 
     @cached_property
+    def _kept_and_loop_gain(self):
+        """`kept` and `loop_gain`, those of other `DrivenCables` where these have the same modes in the loop."""
+        in_loop = self._in_loop
+        for other in self._alike:
+            if all(map(np.array_equal, other._in_loop, in_loop)):
+                return other._kept_and_loop_gain
+        kept = self.models.with_modes(in_loop)
+        return kept, self.loop_gain_of(kept)
+
+    @property
     def kept(self):
         """Modes of each cable in the loop gain, and vectors that stand for its others: list of ReducedCable."""
-        return self.models.with_modes(self._in_loop)
+        return self._kept_and_loop_gain[0]
 
-    @cached_property
+    @property
     def loop_gain(self):
         """L over the gain: s, shape (f,) -> shape (f, k, k); `LoopGain` or callable; raises as `_in_loop`."""
-        return self.loop_gain_of(self.kept)
+        return self._kept_and_loop_gain[1]
 
     @property
     def coupling_damping(self):

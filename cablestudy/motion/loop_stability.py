@@ -196,7 +196,7 @@ class LoopStability:
         power, driven_cables = self._exponent(gain), self._trials.driven_cables
         if power not in driven_cables:
             trial_gain = 2.0**power * self._lowest_frequency
-            driven_cables[power] = DrivenCables(self._closed_loop, trial_gain)
+            driven_cables[power] = DrivenCables(self._closed_loop, trial_gain, list(driven_cables.values()))
         return driven_cables[power]
 
     @property

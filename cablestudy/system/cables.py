@@ -53,6 +53,14 @@ class Models:
         self._modes_of_large = most if modes_of_large is None else np.minimum(modes_of_large, most)
         self._in_modes, self._on_other_meshes = in_modes, {}
 
+    def equal(self, other):
+        """True if these are superelements of the same cables on the same meshes."""
+        same_elements = self.cables == other.cables and self.meshes == other.meshes and self._fixed == other._fixed
+        if not same_elements or self._most_modes != other._most_modes:
+            return False
+        # how many modes are computed differs of large cables only: of others all are
+        return bool((self._modes_of_large == other._modes_of_large)[self.large].all())
+
     def take(self, indices, cables=None):
         """`Models` of some cables, by their indices, ascending; `cables` are these `Cables`, where they are known."""
         cables, meshes = cables or self.cables.take(indices), [self.meshes[cable] for cable in indices]
