@@ -90,10 +90,10 @@ def least_tension_at_peak(case):
 
 def slack_probability(case):
     """Probability that the tension at an end falls to zero within `wind.duration`, and its relative error; linear."""
-    tensions, changes, _ = (values[[0, -1]] if np.ndim(values) else values for values in _tensions_at_peak(case))
+    tensions, changes, _ = _tensions_at_peak(case)
     mean, (peak, _) = abs(float(mean_displacement(case))), peak_of_gondola(case)
-    with np.errstate(divide="ignore"):  # of an end that the gondola's displacement does not change
-        distance = float((tensions / changes).min()) * peak / MM
+    with np.errstate(divide="ignore", invalid="ignore"):  # of an end that the gondola's displacement does not change
+        distance = float((tensions / changes)[[0, -1]].min()) * peak / MM
     return peaks.probability_of_change(case.analysis, [GONDOLA_X], distance - mean)
 
 

@@ -3,6 +3,8 @@
 import numpy as np
 from scipy.special import ndtr
 
+from cablestudy.wind.tolerances import WIND
+
 LEAST_CROSSINGS = np.e  # of fewer the factor of the formula grows again
 
 
@@ -63,5 +65,6 @@ def probability_beyond(level, rate, duration):
     crossings. They are taken as independent: those of a lightly damped motion come in clusters, and the probability is
     smaller.
     """
+    level = np.clip(level, -WIND.highest_level, WIND.highest_level)
     crossings = rate * duration * np.exp(-(level**2) / 2)
     return float(ndtr(-level) - ndtr(level) * np.expm1(-crossings))
