@@ -1,7 +1,8 @@
 """The largest value that a random motion is expected to reach within some time, and how probable a given one is."""
 
+from math import erfc, exp, expm1, sqrt
+
 import numpy as np
-from scipy.special import ndtr
 
 from cablestudy.wind.tolerances import WIND
 
@@ -65,6 +66,6 @@ def probability_beyond(level, rate, duration):
     crossings. They are taken as independent: those of a lightly damped motion come in clusters, and the probability is
     smaller.
     """
-    level = np.clip(level, -WIND.highest_level, WIND.highest_level)
-    crossings = rate * duration * np.exp(-(level**2) / 2)
-    return float(ndtr(-level) - ndtr(level) * np.expm1(-crossings))
+    level = min(max(level, -WIND.highest_level), WIND.highest_level)
+    beyond, below = (erfc(sign * level / sqrt(2)) / 2 for sign in (1, -1))  # at the beginning
+    return beyond - below * expm1(-rate * duration * exp(-(level**2) / 2))

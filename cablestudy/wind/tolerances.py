@@ -76,7 +76,6 @@ class WindTolerances:
     resolvent_entries: int = 100_000  # of poles times points of panels that are computed at once
     panel_halvings: int = 12  # of panels,
     unresolved_panel: float = 1e-5  # and share of the two highest polynomials in a function that is resolved
-
     highest_level: float = 40.0  # over an RMS: to go beyond a higher one has a probability of zero in double precision
 
 
