@@ -155,9 +155,14 @@ def without_errors(outcomes):
     return {key: outcome for key, outcome in outcomes.items() if not isinstance(outcome, Exception)}
 
 
+def outcomes(objects, name):
+    """`outcome_of` an attribute, by its name, of each of some objects: dict, object -> attribute or error."""
+    return {one: outcome_of(lambda one=one: getattr(one, name)) for one in objects}
+
+
 def known(objects, name):
-    """An attribute, by its name, of those of some objects that have it without an error: dict, object -> attribute."""
-    return without_errors({one: outcome_of(lambda one=one: getattr(one, name)) for one in objects})
+    """The entries of `outcomes` that are no errors: dict."""
+    return without_errors(outcomes(objects, name))
 
 
 def check_output(option: str, path: str | None, endings: Collection[str], noun: str) -> None:

@@ -10,6 +10,7 @@ from scipy.optimize import brentq
 from solved import solve, solve_all
 from straight_scenes import one_axis, with_changes
 from suspension_cases import case_of, value
+from test_seen_motion import probability_of_a_level
 from test_suspension_wind import hung
 
 from cablestudy.cable.linear_range import linear_range
@@ -136,11 +137,6 @@ def test_the_error_of_a_peak_utilisation_is_that_of_the_peak_by_its_share():
     assert row.errors["peak"] > 1e-6
 
 
-def probability_beyond(level, crossings):
-    """Of a random motion to pass a level, over its RMS: Poisson's law for its up-crossings."""
-    return float(1 - mp.ncdf(level) * mp.exp(-crossings * mp.exp(-(mp.mpf(level) ** 2) / 2)))
-
-
 @pytest.mark.parametrize("speed", [14, 18, 22])
 def test_the_probability_that_a_cable_goes_slack_at_its_gondola(speed):
     """Tensions at the ends and their rates with the gondola's place, by the 50-digit catenary."""
@@ -163,7 +159,7 @@ def test_the_probability_that_a_cable_goes_slack_at_its_gondola(speed):
         distance = min(mp.norm(end) / abs(rate) for end, rate in zip(ends, rates, strict=True))
         rms, velocity = found["gondola_rms"] / 1e3, found["gondola_rms_velocity"] / 1e3
         level = (distance - found["mean_displacement"] / 1e3) / rms
-        expected = probability_beyond(level, velocity / (2 * np.pi * rms) * base.wind.duration)
+        expected = probability_of_a_level(level, velocity / (2 * np.pi * rms) * base.wind.duration)
     assert found["slack_probability"] == pytest.approx(expected, rel=1e-7)
     assert 1e-16 < expected < 1
     # an error of the RMS counts times the square of the level
@@ -208,7 +204,7 @@ def test_the_probability_that_a_cable_of_a_suspension_goes_slack():
         for mean, end in zip(case.analysis.mean_tensions(name), ("tension_from", "tension_to"), strict=True):
             rms, rate = (case.analysis.rms([f"{name}.{end}"], kind, open_loop=False)[0] for kind in ("value", "rate"))
             crossings = rate / (2 * np.pi * rms) * case.scene.wind.duration
-            ends.append(probability_beyond(mean / rms, crossings))
+            ends.append(probability_of_a_level(mean / rms, crossings))
         assert value(case, f"{name}.slack_probability") == pytest.approx(max(ends), rel=1e-9)
         assert max(ends) > 0
 

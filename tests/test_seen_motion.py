@@ -261,11 +261,15 @@ def test_a_case_of_the_trapezoidal_rule_has_them_too():
     assert rms_of(found, *names) == pytest.approx(rms_of(expected, *names), rel=1e-3)
 
 
+def probability_of_a_level(level, crossings):
+    """Of a random motion to pass a level, over its RMS, by Poisson's law for the up-crossings of its mean."""
+    with mp.workdps(100):
+        return float(1 - mp.ncdf(level) * mp.exp(-crossings * mp.exp(-(mp.mpf(level) ** 2) / 2)))
+
+
 def test_the_probability_to_go_beyond_a_level_by_many_digits():
     for level, rate, duration in ((2.5, 0.6, 20.0), (20.0, 1.5, 600.0), (-1.0, 0.2, 3.0), (0.0, 1.0, 0.0)):
-        with mp.workdps(50):
-            below, crossings = mp.ncdf(level), mp.mpf(rate) * duration * mp.exp(-(mp.mpf(level) ** 2) / 2)
-            expected = float(1 - below * mp.exp(-crossings))
+        expected = probability_of_a_level(level, rate * duration)
         assert probability_beyond(level, rate, duration) == pytest.approx(expected, rel=1e-12)
     assert probability_beyond(np.inf, 1.0, 600.0) == 0
 

@@ -6,7 +6,7 @@ from functools import cached_property, partial
 import numpy as np
 
 from cablestudy.control.margins import Margins
-from cablestudy.errors import known, outcome_of, result_of
+from cablestudy.errors import known, outcome_of, outcomes, result_of
 from cablestudy.motion.closed_loop import ClosedLoop
 from cablestudy.motion.gust_response import GustResponse
 from cablestudy.motion.loop_stability import LoopStability
@@ -257,7 +257,7 @@ class DynamicAnalysis:
         NoSolutionError, ConvergenceError
             It is unstable with the winches at rest, or there are no modes to the accuracy.
         """
-        sizes = {analysis: outcome_of(lambda a=analysis: a.sizes_to_try) for analysis in analyses}
+        sizes = outcomes(analyses, "sizes_to_try")
         for analysis, closed_loop in closed_loops_of(sizes).items():
             yield analysis, outcome_of(partial(stable_without_loop, closed_loop))
 

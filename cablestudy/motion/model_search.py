@@ -8,7 +8,7 @@ import numpy as np
 
 from cablestudy.activity import doing
 from cablestudy.cable.records import concatenate
-from cablestudy.errors import known, outcome_of, result_of, without_errors
+from cablestudy.errors import known, outcome_of, outcomes, result_of, without_errors
 from cablestudy.motion.driven_waves import DrivingBounds
 from cablestudy.motion.gust_response import GustResponse
 from cablestudy.motion.plant import Plant
@@ -32,26 +32,26 @@ def search_models(analyses):
     dict
         Analysis -> (`ClosedLoop`, `GustResponse` or None without wind), or the error that says why there are none.
     """
-    outcomes, responses = {}, dict.fromkeys(analyses)  # responses: with the previous model of each analysis
+    found, responses = {}, dict.fromkeys(analyses)  # responses: with the previous model of each analysis
     # analyses that need another model, with the numbers of modes that they try, or the error that there are none
-    pending = {analysis: outcome_of(lambda a=analysis: a.sizes_to_try) for analysis in analyses}
+    pending = outcomes(analyses, "sizes_to_try")
     for trial in itertools.count():
         loop_outcomes = closed_loops_of(pending, trial)
         closed_loops = without_errors(loop_outcomes)
         response_outcomes = _responses_with(closed_loops, responses)
         responses = without_errors(response_outcomes)
-        outcomes |= loop_outcomes | response_outcomes
+        found |= loop_outcomes | response_outcomes
         larger = {}
         for analysis, response in responses.items():
             closed_loop, sizes = closed_loops[analysis], pending[analysis]
             # no model is larger: this is the last size to try, or there are no more modes
             largest = trial + 1 == len(sizes) or len(closed_loop.modes) < sizes[trial]
             if response is None or largest or analysis.sizes.suffice(response):
-                outcomes[analysis] = outcome_of(partial(analysis.with_critical_modes, closed_loop, response))
+                found[analysis] = outcome_of(partial(analysis.with_critical_modes, closed_loop, response))
             else:
                 larger[analysis] = sizes
         if not larger:
-            return outcomes
+            return found
         pending = larger
 
 

@@ -34,12 +34,10 @@ def peak(analysis, names, mean=0.0, crossings=0.0, mean_error=0.0):
     largest, error : float
         Largest size, in the unit of the outputs, and its estimated relative error [-].
     """
-    rms, error = analysis.rms(names, "value", open_loop=False)
+    rms, error, rate, rate_error = _rms_and_crossings(analysis, names, crossings)
     if not rms:
         return abs(mean), error + mean_error
-    rms_rate, rate_error = analysis.rms(names, "rate", open_loop=False)
-    rate, duration = rms_rate / (2 * np.pi * rms), analysis.scene.wind.duration
-    change, error = _expected_peak(rms, rate, error, max(rate_error + error, crossings), duration)
+    change, error = _expected_peak(rms, rate, error, rate_error, analysis.scene.wind.duration)
     largest = abs(mean) + change
     return largest, (error * change + mean_error * abs(mean)) / largest
 
@@ -70,14 +68,13 @@ def probability_of_change(analysis, names, distance, crossings=0.0, distance_err
     probability, error : float
         And its estimated relative error. [-]
     """
-    rms, error = analysis.rms(names, "value", open_loop=False)
+    rms, error, rate, rate_error = _rms_and_crossings(analysis, names, crossings)
     if not rms:
         return float(distance <= 0), error
-    rms_rate, rate_error = analysis.rms(names, "rate", open_loop=False)
-    level, rate, duration = distance / rms, rms_rate / (2 * np.pi * rms), analysis.scene.wind.duration
+    level, duration = distance / rms, analysis.scene.wind.duration
     probability = probability_beyond(level, rate, duration)
     lower_level = level - abs(level) * (error + distance_error) if np.isfinite(level) else level
-    largest = probability_beyond(lower_level, rate * (1 + max(rate_error + error, crossings)), duration)
+    largest = probability_beyond(lower_level, rate * (1 + rate_error), duration)
     return probability, (largest - probability) / probability if probability else float(largest > 0)
 
 
@@ -132,6 +129,18 @@ def winch_speeds(analysis):
         peak=(float(peaks[fastest]), peak_errors[fastest] + known),
         fastest=fastest,
     )
+
+
+def _rms_and_crossings(analysis, names, crossings):
+    """RMS of some outputs together and the rate at which they cross their mean upwards [Hz], each with relative error.
+
+    Arguments as of `peak`; the rate of outputs that are held is 0.
+    """
+    rms, error = analysis.rms(names, "value", open_loop=False)
+    if not rms:
+        return rms, error, 0.0, crossings
+    rms_rate, rate_error = analysis.rms(names, "rate", open_loop=False)
+    return rms, error, rms_rate / (2 * np.pi * rms), max(rate_error + error, crossings)
 
 
 def _expected_peak(rms, rate, error, rate_error, duration):

@@ -90,11 +90,11 @@ def least_tension_at_peak(case):
 
 def slack_probability(case):
     """Probability that the tension at an end falls to zero within `wind.duration`, and its relative error; linear."""
-    tensions, changes, _ = _tensions_at_peak(case)
-    mean, (peak, _) = abs(float(mean_displacement(case))), peak_of_gondola(case)
+    check_winch_speed(case)
+    tensions, slopes = _tensions_and_slopes(case)
     with np.errstate(divide="ignore", invalid="ignore"):  # of an end that the gondola's displacement does not change
-        distance = float((tensions / changes)[[0, -1]].min()) * peak / MM
-    return peaks.probability_of_change(case.analysis, [GONDOLA_X], distance - mean)
+        distance = float((tensions / slopes)[[0, -1]].min()) - abs(float(mean_displacement(case)))
+    return peaks.probability_of_change(case.analysis, [GONDOLA_X], distance)
 
 
 def peak_utilisation(case):
@@ -113,19 +113,23 @@ def _tensions_at_peak(case):
     blows towards end 1 or away from it. With fixed ends they are by `tension_rms`, with as many crossings as cycles of
     the lowest mode.
     """
-    tensions = case.form.edge_tensions.ravel()
     if case.scene.gondola is None:
+        tensions = case.form.edge_tensions.ravel()
         lowest = float(case.in_cable_wind.sides[0].closed_loop.modes.frequency[0])
         rms, error = rms_of_bare_cable(case, TENSIONS)
-        changes = np.full(tensions.shape, peak_factor(lowest, case.scene.wind.duration) * rms)
-    else:
-        # force per displacement of end 2 along x, by which the tension vector changes all along the cable; in closed
-        # form, since elements would have to be those of both planes
-        stiffness = np.array([case.results.end_stiffness_along(axis, 0)[case.index] for axis in range(3)])
-        peak, error = peak_of_gondola(case)
-        along = np.abs(case.form.edge_forces @ stiffness).ravel()
-        changes = along / np.where(tensions > 0, tensions, 1.0) * peak / MM
-    return tensions, changes, error
+        return tensions, np.full(tensions.shape, peak_factor(lowest, case.scene.wind.duration) * rms), error
+    (tensions, slopes), (peak, error) = _tensions_and_slopes(case), peak_of_gondola(case)
+    return tensions, slopes * peak / MM, error
+
+
+def _tensions_and_slopes(case):
+    """Tensions as of `_tensions_at_peak`, and sizes of their changes per displacement of the gondola along x. [N/m]"""
+    tensions = case.form.edge_tensions.ravel()
+    # force per displacement of end 2 along x, by which the tension vector changes all along the cable; in closed form,
+    # since elements would have to be those of both planes
+    stiffness = np.array([case.results.end_stiffness_along(axis, 0)[case.index] for axis in range(3)])
+    along = np.abs(case.form.edge_forces @ stiffness).ravel()
+    return tensions, along / np.where(tensions > 0, tensions, 1.0)
 
 
 def goes_slack(case):

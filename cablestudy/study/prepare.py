@@ -106,8 +106,8 @@ def check_cases(study):
     for _, error in sorted(tables_of(study, study.cases_to_check())[1].items()):
         for found in error.mistakes:
             text, *_ = found.message.partition(", got ")
-            told = mistakes.setdefault((found.where, found.key, text), found)
-            if len(found.message) < len(told.message):
+            shortest = mistakes.setdefault((found.where, found.key, text), found)
+            if len(found.message) < len(shortest.message):
                 mistakes[found.where, found.key, text] = found
     if mistakes:
         raise SceneError(*at_most(list(mistakes.values()), study.name))

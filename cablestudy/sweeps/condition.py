@@ -31,7 +31,8 @@ OPERATORS = {
 EQUALITY = (operator.eq, operator.ne)
 OPERAND_KINDS = ("number", "name", "text")
 SIGNS = "<", "<=", ">", ">=", "==", "!="
-SIGN, END = "< <= > >= == or !=", "and, or, or the end"  # in messages: what may follow an operand, or a comparison
+# in messages: what may follow an operand, and a comparison
+SIGN, END = f"{' '.join(SIGNS[:-1])} or {SIGNS[-1]}", "and, or, or the end"
 
 
 def parse(text, study):

@@ -152,9 +152,10 @@ def drag_change(equilibrium, drag):
         return DragChange(np.zeros(cases), displacement, form_error, stiffness_error, links)
     errors = _errors_between_held_ends(equilibrium, drag_of_cables, has_wind, drag.stretched)
     rows = np.flatnonzero(has_wind.any(axis=1))  # m cases with wind on a cable
-    displacement[rows], ends = _movement_of_bodies(equilibrium, rows, errors.end_forces[rows])
+    in_wind = equilibrium.take(rows)
+    displacement[rows], ends = _movement_of_bodies(in_wind, errors.end_forces[rows])
     ends_of_cables, ends_of_links = np.split(ends, [cables], axis=1)
-    stiffness_of_links = equilibrium.end_stiffness[rows, cables:]
+    stiffness_of_links = in_wind.end_stiffness[:, cables:]
     links[rows] = size(times(stiffness_of_links, ends_of_links[:, :, 1] - ends_of_links[:, :, 0]))
     # all m c cables of these cases, in one axis
     of_rows = np.repeat(rows, cables), np.tile(np.arange(cables), len(rows))
@@ -165,8 +166,8 @@ def drag_change(equilibrium, drag):
     form_error[rows] = moved_errors.form_error(catenary).reshape(len(rows), cables).max(axis=-1)
     change_of_stiffness = moved_errors.stiffness_change(catenary).reshape(len(rows), cables, 3, 3)
     change_of_end_forces = moved_errors.end_forces.reshape(len(rows), cables, 2, 3)
-    blocks = _changed_blocks(equilibrium, rows, displacement[rows], change_of_stiffness, change_of_end_forces)
-    stiffness_error[rows] = STUDY.second_order * stiffness_change(equilibrium, rows, blocks, change_of_stiffness)
+    blocks = _changed_blocks(in_wind, displacement[rows], change_of_stiffness, change_of_end_forces)
+    stiffness_error[rows] = STUDY.second_order * stiffness_change(in_wind, blocks, change_of_stiffness)
     stiffness_error, of_blocks = bounded_errors(stiffness_error), (rows, blocks)
     return DragChange(errors.error.max(axis=-1), displacement, form_error, stiffness_error, links, of_blocks, errors)
 
@@ -201,33 +202,28 @@ def _errors_between_held_ends(equilibrium, drag_of_cables, has_wind, stretched):
     return errors
 
 
-def _changed_blocks(equilibrium, rows, displacement, of_cables, end_forces):
+def _changed_blocks(equilibrium, displacement, of_cables, end_forces):
     """`Blocks` of the tangent stiffness of suspensions in the actual drag, to first order.
 
     By the stiffness and forces of the cables and the attitudes of the bodies; links (springs) keep their stiffness.
+    `equilibrium` and `of_cables` are as of `stiffness_change`.
 
     Parameters
     ----------
-    equilibrium : Equilibrium
-        Of several cases, in uniform drag.
-    rows : ndarray of int, shape (n,)
-        Indices of n of them.
     displacement : ndarray, shape (n, b, 6)
         Change of the positions [m] and attitudes [rad] of the b bodies and points by the actual drag.
-    of_cables : ndarray, shape (n, c, 3, 3)
-        Change of the stiffness of end 2 of each cable by the actual drag, global axes. [N/m]
     end_forces : ndarray, shape (n, c, 2, 3)
         Change of the forces of each cable on what holds its ends. [N]
     """
-    suspension, stiffness = equilibrium.suspension.take(rows), np.array(equilibrium.end_stiffness[rows])
-    forces, rotation = np.array(equilibrium.end_forces[rows]), equilibrium.rotation[rows]
+    suspension = equilibrium.suspension
+    forces, stiffness = np.array(equilibrium.end_forces), np.array(equilibrium.end_stiffness)
     stiffness[:, suspension.of_cables] += of_cables
     forces[:, suspension.of_cables] += end_forces
-    rotation = rotation + turn(displacement[..., 3:]) @ rotation
+    rotation = equilibrium.rotation + turn(displacement[..., 3:]) @ equilibrium.rotation
     return tangent.stiffness_blocks(suspension, rotation, suspension.arms(rotation), forces, stiffness)
 
 
-def stiffness_change(equilibrium, rows, blocks, of_cables):
+def stiffness_change(equilibrium, blocks, of_cables):
     """Largest relative change of the stiffness of suspensions if drag is not taken as uniform along each cable.
 
     With the tangent stiffness K in uniform drag, and its change dK by the actual drag, it is the largest
@@ -240,9 +236,7 @@ def stiffness_change(equilibrium, rows, blocks, of_cables):
     Parameters
     ----------
     equilibrium : Equilibrium
-        Of several cases, in uniform drag.
-    rows : ndarray of int, shape (n,)
-        Indices of n of them.
+        Of n cases, in uniform drag.
     blocks : Blocks
         Of K + dK, see `_changed_blocks`.
     of_cables : ndarray, shape (n, c, 3, 3)
@@ -253,24 +247,22 @@ def stiffness_change(equilibrium, rows, blocks, of_cables):
     ndarray, shape (n,)
         [-]
     """
-    suspension = equilibrium.suspension.take(rows)
+    suspension = equilibrium.suspension
     if not 0 < suspension.free.sum() <= STUDY.dense_stiffness:
-        return largest_ratio(of_cables, equilibrium.end_stiffness[rows][:, suspension.of_cables]).max(axis=-1)
-    before = tangent.dense(equilibrium.blocks.of(rows), suspension)
+        return largest_ratio(of_cables, equilibrium.end_stiffness[:, suspension.of_cables]).max(axis=-1)
+    before = equilibrium.stiffness
     return largest_ratio(tangent.dense(blocks, suspension) - before, before)
 
 
-def _movement_of_bodies(equilibrium, rows, forces):
-    """Compute how far changed forces of the cables move the bodies, and all ends of cables and links, in some cases.
+def _movement_of_bodies(equilibrium, forces):
+    """Compute how far changed forces of the cables move the bodies, and all ends of cables and links.
 
     The bodies move by u = K^-1 f, with the tangent stiffness K and the changes f of the forces on them.
 
     Parameters
     ----------
     equilibrium : Equilibrium
-        Of several cases.
-    rows : ndarray of int, shape (n,)
-        Indices of n of them.
+        Of n cases.
     forces : ndarray, shape (n, c, 2, 3)
         Changes of the forces of the cables on what holds their ends. [N]
 
@@ -281,13 +273,13 @@ def _movement_of_bodies(equilibrium, rows, forces):
     ends : ndarray, shape (n, c + l, 2, 3)
         Displacements of the ends of cables and links. [m]
     """
-    suspension, arms = equilibrium.suspension.take(rows), equilibrium.arms[rows]
-    movement = np.zeros((len(rows), len(suspension.body_names), 6))
+    suspension, arms = equilibrium.suspension, equilibrium.arms
+    movement = np.zeros((*equilibrium.position.shape[:2], 6))
     if not suspension.free.any():
         return movement, np.zeros(arms.shape)
     wrenches, cables = tangent.wrenches(arms[:, suspension.of_cables], forces), np.arange(forces.shape[1])
     on_bodies = tangent.by_body(suspension, cables, wrenches).sum(axis=1)
-    moved = tangent.displacements(equilibrium.blocks.of(rows), suspension, on_bodies[..., None])[..., 0]
+    moved = tangent.displacements(equilibrium.blocks, suspension, on_bodies[..., None])[..., 0]
     movement[:, suspension.free] = np.where(np.isfinite(moved), moved, 0.0)
     owner = suspension.owner  # body that holds each end, shape (c + l, 2)
     end_movements = movement[:, owner, :3] + np.cross(movement[:, owner, 3:], arms)

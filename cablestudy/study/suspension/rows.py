@@ -3,11 +3,9 @@
 Suspensions of equal names and connections are solved together, and those that rest alike once.
 """
 
-from functools import partial
-
 import numpy as np
 
-from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError, outcome_of
+from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError, known
 from cablestudy.scene.words import first_of
 from cablestudy.study.refinement import reference_scene
 from cablestudy.study.scene_values import position_count
@@ -88,9 +86,8 @@ def prepare(cases):
     from cablestudy.motion.model_search import solve_modes
 
     groups = {}
-    for case in cases:
-        if not isinstance(wind := outcome_of(partial(getattr, case, "analysis")), Exception):
-            groups.setdefault(id(case.group), (case.group, []))[1].append((case.index, wind))
+    for case, wind in known(cases, "analysis").items():
+        groups.setdefault(id(case.group), (case.group, []))[1].append((case.index, wind))
     for group, members in groups.values():
         indices, winds = (list(values) for values in zip(*members, strict=True))
         solve_modes(winds, group.in_mean_wind[0].take(np.array(indices)))
