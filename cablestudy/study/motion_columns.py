@@ -11,7 +11,7 @@ import numpy as np
 from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError
 from cablestudy.motion import peaks
 from cablestudy.study.column import DIAMETER, MM, STRONG, UM, Column, scaled
-from cablestudy.study.load_cases import wind_direction
+from cablestudy.study.statics import tensions_by_end_2
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.tolerances import SYSTEM
 from cablestudy.wind.peak import peak_factor
@@ -39,17 +39,9 @@ SENSITIVITY = {
 
 
 def mean_displacement(results):
-    """Displacement of each gondola along x by the mean wind: rho/2 C_d A v^2 over the static stiffness. [m]
-
-    By the steady wind of the load case where it has one; else zero where `wind.mean` leaves it out.
-    """
-    wind, gondola = (lambda key: results.given(f"wind.{key}")), (lambda key: results.given(f"gondola.{key}"))
-    steady = results.given("load_case.wind.dynamic_pressure")
-    by_wind = np.where(wind("mean"), wind("air_density") / 2 * wind("speed") ** 2, 0.0)
-    along_x = wind_direction(results.given("load_case.wind.direction"))[..., 0]
-    pressure = np.where(np.isnan(steady), by_wind, steady * along_x * results.pressure_on_gondola)
+    """Displacement of each gondola along x by `force_on_gondola`: that over the static stiffness. [m]"""
     with np.errstate(divide="ignore"):  # of cases that have no equilibrium
-        return pressure * gondola("drag_coefficient") * gondola("area") / results.end_stiffness_along(0)
+        return results.force_on_gondola / results.end_stiffness_along(0)
 
 
 def damping_ratio_of_gondola(case):
@@ -124,12 +116,12 @@ def _tensions_at_peak(case):
 
 def _tensions_and_slopes(case):
     """Tensions as of `_tensions_at_peak`, and sizes of their changes per displacement of the gondola along x. [N/m]"""
-    tensions = case.form.edge_tensions.ravel()
-    # force per displacement of end 2 along x, by which the tension vector changes all along the cable; in closed form,
-    # since elements would have to be those of both planes
-    stiffness = np.array([case.results.end_stiffness_along(axis, 0)[case.index] for axis in range(3)])
-    along = np.abs(case.form.edge_forces @ stiffness).ravel()
-    return tensions, along / np.where(tensions > 0, tensions, 1.0)
+    if case.exact_statics:
+        case.results.check(case.index)
+        tensions, slopes = (of_all[case.index] for of_all in case.results.tensions_by_end_2)
+    else:
+        tensions, slopes = tensions_by_end_2(case.form, case.results.end_stiffness_of_x[case.index])
+    return tensions.ravel(), slopes.ravel()
 
 
 def goes_slack(case):

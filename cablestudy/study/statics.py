@@ -92,3 +92,27 @@ class ElementStatics:
     def shape(self, positions):
         """Static form of one cable, see `ClosedStatics.shape`."""
         return interpolate(self._state, positions)
+
+
+def tensions_by_end_2(form, stiffness):
+    """Tensions at both ends of the k pieces of cables, and sizes of their changes with end 2, shape (..., k, 2) each.
+
+    The tension vector changes by as much all along the cable.
+
+    Parameters
+    ----------
+    form : Catenary or State
+        The cables in equilibrium.
+    stiffness : ndarray, shape (..., 3)
+        Force on end 2 along x, y and z per displacement along an axis. [N/m]
+
+    Returns
+    -------
+    tensions : ndarray
+        [N]
+    changes : ndarray
+        Per displacement of end 2 along that axis. [N/m]
+    """
+    tensions = form.edge_tensions
+    along = np.abs((form.edge_forces * stiffness[..., None, None, :]).sum(axis=-1))
+    return tensions, along / np.where(tensions > 0, tensions, 1.0)

@@ -176,7 +176,7 @@ class CableCase(ComparedCase):
     chord = of_results("chord", "Distance of the ends. [m]")
     limp = of_results("limp", "True if the cable is longer than its chord without any load.")
     planar = of_results("planar", "True if no load leaves the cable's plane: motion in it and across it decouple.")
-    pressure_on_gondola = of_results("pressure_on_gondola", "Wind pressure at end 2 over the stated one. [-]")
+    force_on_gondola = of_results("force_on_gondola", "Force of the wind on the gondola along x, see `Results`. [N]")
 
     @property
     def statics_error(self):

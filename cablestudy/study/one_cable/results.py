@@ -14,9 +14,10 @@ from cablestudy.cable.vectors import row_keys
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.column import LIMP
 from cablestudy.study.conductors import uneven_errors
+from cablestudy.study.load_cases import wind_direction
 from cablestudy.study.one_cable.conductors import equivalent_cables
 from cablestudy.study.one_cable.loaded_cables import loaded_cables
-from cablestudy.study.statics import ClosedStatics
+from cablestudy.study.statics import ClosedStatics, tensions_by_end_2
 from cablestudy.study.tolerances import STUDY
 from cablestudy.study.uneven_drag import bounded_errors, errors_of_modes, largest_ratio, uneven_drag_errors
 
@@ -135,6 +136,16 @@ class Results:
         return self._along[key]
 
     @property
+    def end_stiffness_of_x(self):
+        """Force on end 2 along x, y and z per displacement of end 2 along x, end 1 fixed, shape (n, 3). [N/m]"""
+        return np.stack([self.end_stiffness_along(axis, 0) for axis in range(3)], axis=-1)
+
+    @cached_property
+    def tensions_by_end_2(self):
+        """Tensions at both ends of each piece [N], and sizes of their changes with end 2 [N/m], (n, k, 2) each."""
+        return tensions_by_end_2(self.catenary, self.end_stiffness_of_x)
+
+    @property
     def end_stiffness_chord(self):
         """Static stiffness of end 2 along the chord, end 1 fixed, shape (n,). [N/m]"""
         return self.catenary.end_stiffness[..., 0, 0]
@@ -185,8 +196,21 @@ class Results:
         """`SteadyDrag` on the cables, shape (n,)."""
         return self.loaded.drag
 
+    @cached_property
+    def force_on_gondola(self):
+        """Force of the mean wind on a gondola along x, rho/2 C_d A v^2, or of the load case's steady wind, (n,). [N]
+
+        Zero where `wind.mean` leaves it out, and no steady wind acts.
+        """
+        wind, gondola = (lambda key: self.given(f"wind.{key}")), (lambda key: self.given(f"gondola.{key}"))
+        steady = self.given("load_case.wind.dynamic_pressure")
+        by_wind = np.where(wind("mean"), wind("air_density") / 2 * wind("speed") ** 2, 0.0)
+        along_x = wind_direction(self.given("load_case.wind.direction"))[..., 0]
+        pressure = np.where(np.isnan(steady), by_wind, steady * along_x * self._pressure_at_end_2)
+        return pressure * gondola("drag_coefficient") * gondola("area")
+
     @property
-    def pressure_on_gondola(self):
+    def _pressure_at_end_2(self):
         """Dynamic pressure of the steady wind at end 2 over the stated one, shape (n,). [-]"""
         profile, span = self.drag.profile, self.span
         end_2 = self.end_1 + span.chord[:, None] * span.frame[:, 0]
