@@ -111,8 +111,9 @@ class DynamicAnalysis:
 
     @cached_property
     def _keys(self):
-        """Texts of the winches and actuators, and of the control, for the keys of plants and loops that cases share."""
-        return repr((self.scene.winches, self.scene.actuators)), repr(self.scene.control)
+        """Winches and actuators, and the control, in the keys of plants and loops that cases share."""
+        scene = self.scene
+        return (tuple(scene.winches.items()), tuple(scene.actuators.items())), scene.control
 
     def _modes_of(self, count):
         """`CoupledModes`, the lowest `count` of them with damping; raises as `closed_loop_of`."""

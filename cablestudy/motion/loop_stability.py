@@ -64,10 +64,11 @@ class LoopStability:
     def _trials(self):
         """`GainTrials`, which models with other numbers of modes share too."""
         closed_loop, loops = self._closed_loop, self._closed_loop.plant.loops
-        control = repr((closed_loop.scene.control.model_copy(update={"gain": None}), closed_loop.untuned_loop.law))
-        if control not in loops:
-            loops[control] = GainTrials(DrivingBounds(closed_loop))
-        return loops[control]
+        control = closed_loop.scene.control
+        key = *(value for name, value in control if name != "gain"), closed_loop.untuned_loop.law
+        if key not in loops:
+            loops[key] = GainTrials(DrivingBounds(closed_loop))
+        return loops[key]
 
     @property
     def effects(self):

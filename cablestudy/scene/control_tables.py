@@ -120,6 +120,9 @@ class AllocationTable(KeyTable):
         {}, description="Name of a winch -> relative cost of its movement (default 1)"
     )
 
+    def __hash__(self):
+        return hash((self.method, frozenset(self.weights.items())))
+
 
 class Control(Drive, Controller):
     """The loop of all winches of a suspension: one controller with a notch for each measured coordinate."""
