@@ -28,7 +28,7 @@ def copy_record(record):
 
 def stack(records):
     """Record of n rows from those of each, with arrays of equal sizes; what is no array is that of the first."""
-    return _made_of(records, np.stack)
+    return _made_of(records, np.array)  # several times faster than `numpy.stack`, and the same
 
 
 def concatenate(records):

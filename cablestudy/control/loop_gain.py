@@ -75,8 +75,8 @@ class LoopGain:
             numbers, row = np.unique(row, return_inverse=True)
             loop_gains = [loop_gains[number] for number in numbers.tolist()]
         stiffness, forces = LoopGain.stiffness_and_forces(loop_gains, row, s)
-        allocation = np.stack([one.allocation for one in loop_gains])[row]
-        measured = np.stack([one.measured for one in loop_gains])[row]
+        allocation = np.array([one.allocation for one in loop_gains])[row]
+        measured = np.array([one.measured for one in loop_gains])[row]
         coordinates = measured @ solve(stiffness, forces @ allocation)
         return coordinates * NotchedLaw.of_rows([one.controller for one in loop_gains], row, s)[:, None, :]
 
@@ -85,7 +85,7 @@ class LoopGain:
         """Z, shape (f, d, d), and F, shape (f, d, i), as of `of_rows`; of k = 0 too."""
         by_cables = np.concatenate([loop_gains[number]._by_cables(s[part]) for number, part in _parts(row)])
         bodies = stack([one.bodies for one in loop_gains]).dynamic_stiffness_of_rows(row, s)
-        winch_loads, count = np.stack([one.winch_loads for one in loop_gains])[row], bodies.shape[-1]
+        winch_loads, count = np.array([one.winch_loads for one in loop_gains])[row], bodies.shape[-1]
         return bodies + by_cables[:, :, :count], winch_loads - by_cables[:, :, count:]
 
     @property

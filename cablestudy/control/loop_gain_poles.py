@@ -98,8 +98,8 @@ def _held_and_driven(loop_gains, row, omega, decay, w, by_winches):
     without_mode = stiffness + of_mode_alone[:, None, None] * w[:, :, None] * w[:, None, :]  # Z_r
     displacements = solved(without_mode, w[..., None] + 0j)  # Z_r^-1 w
     excitation = (np.swapaxes(displacements, 1, 2) @ winch_forces)[:, 0] + by_winches
-    measured = np.stack([loop_gain.measured for loop_gain in loop_gains])[row]  # P
-    allocation = np.stack([loop_gain.allocation for loop_gain in loop_gains])[row]  # A
+    measured = np.array([loop_gain.measured for loop_gain in loop_gains])[row]  # P
+    allocation = np.array([loop_gain.allocation for loop_gain in loop_gains])[row]  # A
     controller = NotchedLaw.of_rows([one.controller for one in loop_gains], row, s)
     winch_movement = (allocation @ (controller[..., None] * (measured @ displacements)))[..., 0]
     return np.stack([(w * displacements[..., 0]).sum(axis=-1), (excitation * winch_movement).sum(axis=-1)])

@@ -129,7 +129,7 @@ def suspension_systems(parts):
     layout = first.layout
     ends = WinchedEnds(layouts, [row.winches for row in parts])
     matrices = stack([[cable.element.matrices() for cable in row.kept] for row in parts])  # M, C and K of each cable
-    connection = np.stack([dense(at.connection) for at in layouts])  # G, shape (n, 6 c, d)
+    connection = np.array([dense(at.connection) for at in layouts])  # G, shape (n, 6 c, d)
     system = _with_moved_ends(parts, matrices, connection, ends.movements)
     total, free = len(system), system.bodies
     modal = total - free
@@ -164,7 +164,7 @@ def _with_moved_ends(parts, matrices, connection, movements):
     system = assemble_dense(matrices, connection, mass, movements, stiffness)
     if layouts[0].equilibrium.links is None:
         return system
-    return system.with_damped_bodies(np.stack([at.damping for at in layouts]))
+    return system.with_damped_bodies(np.array([at.damping for at in layouts]))
 
 
 def _of_bodies(layout, words, units):
@@ -247,7 +247,7 @@ def _displacements(layouts, markers):
     displacements = [np.broadcast_to(np.eye(len(free)), (count, len(free), len(free)))]
     for of_rows in zip(*markers, strict=True):
         body = of_rows[0].body
-        rotation = np.stack([at.equilibrium.rotation[body] for at in layouts])
+        rotation = np.array([at.equilibrium.rotation[body] for at in layouts])
         arm = (rotation @ np.array([marker.position for marker in of_rows], dtype=float)[..., None])[..., 0]
         unit = np.broadcast_to(np.eye(3), (count, 3, 3))
         of_marker = np.concatenate([unit, -cross_matrix(arm)], axis=-1)

@@ -57,7 +57,7 @@ class WinchedEnds:
         equilibria = [at.equilibrium for at in layouts]
         suspension = equilibria[0].suspension
         self._spans = [equilibrium.catenary.span for equilibrium in equilibria]
-        forces = np.stack([equilibrium.end_forces[suspension.of_cables] for equilibrium in equilibria])  # on bodies
+        forces = np.array([equilibrium.end_forces[suspension.of_cables] for equilibrium in equilibria])  # on bodies
         self.direction, self._tension = tangents(forces)
         (rows, cables, *_), bodies, count = forces.shape, len(suspension.body_names), len(winches[0])
         movements, lifted = np.zeros((2, rows, cables, 2, 3, count))  # by cable, end and axis

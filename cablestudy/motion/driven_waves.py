@@ -79,7 +79,7 @@ class DrivingBounds:
         """Travel time of waves across and along each cable, shape (2, c). [s]"""
         span = self.cables.catenary.span
         along = span.unstretched_length * np.sqrt(span.mass / span.axial_stiffness)
-        return np.stack([self.cables.travel_time, along])
+        return np.array([self.cables.travel_time, along])
 
     @cached_property
     def air(self):
@@ -263,7 +263,7 @@ class BodyResponses:
 
 def _stacked(owners, *names):
     """Attributes of n objects, with the row first: iterable of arrays."""
-    return (np.stack([getattr(owner, name) for owner in owners]) for name in names)
+    return (np.array([getattr(owner, name) for owner in owners]) for name in names)
 
 
 def _responses_of_rows(effects):
@@ -271,14 +271,14 @@ def _responses_of_rows(effects):
     connection, reeling, measured, omega = _stacked(effects, "connection", "reeling", "measured", "omega")
     w = omega[..., None, None]
     # K + i w z at the ends of the cables: at rest, and by waves that leave their ends, shape (n, c, 6, 6) each
-    end_stiffness, impedance = np.stack([one.cables.end_stiffness for one in effects]), _impedance_of_rows(effects)
+    end_stiffness, impedance = np.array([one.cables.end_stiffness for one in effects]), _impedance_of_rows(effects)
 
     def on_bodies(of_ends, motions):
         """Forces on bodies by motions of all ends, from matrices of the ends of each cable, shape (n, 1, d, ...)."""
         return (np.swapaxes(connection, -1, -2) @ of_ends @ motions).sum(axis=1)[:, None]
 
     bodies = [[dense(matrix) for matrix in one.closed_loop.layout.body_matrices] for one in effects]
-    body_stiffness, mass = (np.stack(of_rows)[:, None] for of_rows in zip(*bodies, strict=True))
+    body_stiffness, mass = (np.array(of_rows)[:, None] for of_rows in zip(*bodies, strict=True))
     stiffness, waves = on_bodies(end_stiffness, connection), on_bodies(impedance, connection)
     dynamic_stiffness = stiffness + body_stiffness + 1j * w * waves - w**2 * mass  # Z
     force = on_bodies(end_stiffness, reeling) + 1j * w * on_bodies(impedance, reeling)  # F
@@ -293,7 +293,7 @@ def _winch_gains(effects, omega):
     """|A| |C1 N| of n rows at the frequencies of each, shape (n, f): shape (n, f, i, k). [s]"""
     loops, row = [one.closed_loop.untuned_loop for one in effects], np.repeat(np.arange(len(omega)), omega.shape[1])
     controller = NotchedLaw.of_rows([loop.controller for loop in loops], row, 1j * omega.ravel())
-    allocation = np.abs(np.stack([loop.allocation.matrix for loop in loops]))
+    allocation = np.abs(np.array([loop.allocation.matrix for loop in loops]))
     return allocation[:, None] * np.abs(controller).reshape(*omega.shape, 1, -1)
 
 
@@ -301,7 +301,7 @@ def _impedance_of_rows(effects):
     """z at both ends of each cable, block diagonal, shape (n, c, 6, 6); zero of a cable without mass. [kg/s]"""
     direction, tension = stack([one.outward for one in effects])
     mass, stiffness = _stacked([one.cables.catenary.span for one in effects], "mass", "axial_stiffness")
-    mass = np.where(np.stack([one.cables.heavy for one in effects]), mass, 0.0)
+    mass = np.where(np.array([one.cables.heavy for one in effects]), mass, 0.0)
     along, across = np.sqrt(stiffness * mass)[..., None, None], np.sqrt(tension * mass[..., None])
     impedance = np.zeros((*mass.shape, 6, 6))
     for end in range(2):
@@ -316,7 +316,7 @@ def _driving_gains_of_rows(effects):
     """`DrivingBounds.driving_gain` of n rows with arrays of equal sizes, shape (n, 2, c, f). [rad/s]"""
     stacked = _stacked([one.responses for one in effects], "of_measured", "of_winches", "winch_gain")
     responses = [np.ascontiguousarray(part.transpose(0, 3, 2, 1)) for part in stacked]
-    heavy = np.stack([one.cables.heavy for one in effects])
+    heavy = np.array([one.cables.heavy for one in effects])
     gain = np.full((*heavy.shape, 2, len(RANGE)), np.inf)
     for cable in np.flatnonzero(heavy.any(axis=0)).tolist():
         rows = np.flatnonzero(heavy[:, cable])

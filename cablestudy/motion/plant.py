@@ -384,7 +384,7 @@ class Plant:
             systems = stack([plant.full_system for plant in members])
             omega, shapes = stack([plant.basis for plant in members])
             air = (plant.air_on_bodies(plant.basis[1]) for plant in members)
-            air = np.stack([np.broadcast_to(of_row, (omega.shape[-1],) * 2) for of_row in air])
+            air = np.array([np.broadcast_to(of_row, (omega.shape[-1],) * 2) for of_row in air])
             motions = motion_of_rows(systems, omega, shapes, len(members[0].winches), air)
             for row, plant in enumerate(members):
                 yield plant, with_actuators(plant.layout, motions.take(row), plant.actuators)

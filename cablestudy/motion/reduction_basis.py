@@ -89,7 +89,7 @@ def loads_and_bases(plants, size):
         applied, moving = stack([loads[plant] for plant in members])
         inertia = systems.mass @ systems.compliance(moving)
         all_loads = np.concatenate([applied, moving, inertia], axis=-1)
-        shapes = np.stack([plant.modes.shapes for plant in members])
+        shapes = np.array([plant.modes.shapes for plant in members])
         added = ritz_of_rows(systems, shapes, systems.compliance(all_loads))
         for plant, of_row, (omega, vectors) in zip(members, all_loads, added, strict=True):
             modes, ascending = plant.modes, np.argsort(omega)

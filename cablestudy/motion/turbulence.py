@@ -252,10 +252,10 @@ def _residues_of_rows(turbulences, coarse=False):
         members = [turbulences[index] for index in indices]
         spaces, rows = zip(*(turbulence.space for turbulence in members), strict=True)
         space = spaces[0].take(list(rows))
-        forces = np.stack([turbulence.plant.gust_forces for turbulence in members])
-        direct = np.stack([turbulence.plant.direct for turbulence in members])
+        forces = np.array([turbulence.plant.gust_forces for turbulence in members])
+        direct = np.array([turbulence.plant.direct for turbulence in members])
         if coarse:
-            basis = np.stack([turbulence.plant.coarse_space for turbulence in members])
+            basis = np.array([turbulence.plant.coarse_space for turbulence in members])
             space, forces = space.within(basis), np.swapaxes(basis, -1, -2) @ forces
         for index, residues in zip(indices, space.residues(forces, direct), strict=True):
             found[index] = residues

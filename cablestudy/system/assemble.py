@@ -135,7 +135,7 @@ def _block_diagonal(cables, matrices):
         rows.append(np.repeat(index, size + 6, axis=1).ravel())
         columns.append(np.tile(index, (1, size + 6)).ravel())
         for number, entries in enumerate(values):  # 0, 1, 2: M, C, K
-            entries.append(np.stack([matrices[cable][number] for cable in of_size.tolist()]).ravel())
+            entries.append(np.array([matrices[cable][number] for cable in of_size.tolist()]).ravel())
     rows, columns, sparse = np.concatenate(rows), np.concatenate(columns), []
     for entries in map(np.concatenate, values):
         nonzero = entries != 0

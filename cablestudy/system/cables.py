@@ -257,7 +257,7 @@ class Models:
 
     def _mask_of_groups(self, masks):
         """Masks of the modes of each group, of shape (g, n): list, from those of each cable, of shape (n,)."""
-        return [np.stack([masks[cable] for cable in group.cable_indices.tolist()]) for group in self.groups]
+        return [np.array([masks[cable] for cable in group.cable_indices.tolist()]) for group in self.groups]
 
     def truncation_error(self, coordinates, square, ends):
         """Part of each cable in the error of squared frequencies by modes that `Coordinates` omit, shape (c, r). [-]

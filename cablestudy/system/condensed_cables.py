@@ -86,7 +86,7 @@ class CondensedCables:
         """Copy with further damping of each cable: a dict of ndarray, shape (n + 6, n + 6), by its index."""
         size = self.omega.shape[-1] + 6
         further = [matrices.get(cable, np.zeros((size, size))) for cable in self.cables.tolist()]
-        return replace(self, further=np.stack(further) + (0.0 if self.further is None else self.further))
+        return replace(self, further=np.array(further) + (0.0 if self.further is None else self.further))
 
     def dynamic_stiffness(self, s):
         """Dynamic stiffness D(s) at the six end displacements of each of g cables, its derivative, and the shapes X.

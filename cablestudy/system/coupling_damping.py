@@ -296,7 +296,7 @@ def compute_pole_sums(cables):
 @np.errstate(all="ignore")
 def _pole_sums_by_all_modes(cables):
     """`CouplingDamping._pole_sum_and_resolvent` of many cables by all their modes at once: list."""
-    n, found, omega = len(cables[0].omega), [None] * len(cables), np.stack([cable.omega for cable in cables])
+    n, found, omega = len(cables[0].omega), [None] * len(cables), np.array([cable.omega for cable in cables])
     matrices = stack([[matrix[:n, :n] for matrix in cable.matrices] for cable in cables])
     try:
         poles, vectors = poles_and_vectors(matrices, omega)
@@ -332,8 +332,8 @@ def _where_trusted(cables, resolvent, trusted):
     matrices = stack([cable.matrices for cable in cables])
     sums, difference = PoleSum.of_polynomial(matrices, resolvent), np.zeros(len(cables))
     if resolvent.left.shape[1]:
-        s = _checked_frequencies(np.stack([cable.omega for cable in cables]))
-        x = np.stack([cable.variable(of_row) for cable, of_row in zip(cables, s, strict=True)])
+        s = _checked_frequencies(np.array([cable.omega for cable in cables]))
+        x = np.array([cable.variable(of_row) for cable, of_row in zip(cables, s, strict=True)])
         difference = _relative_errors(matrices, x, sums, resolvent)
     usable = (difference <= trusted).tolist()
     return [(take_rows(sums, row), take_rows(resolvent, row)) if usable[row] else None for row in range(len(cables))]

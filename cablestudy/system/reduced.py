@@ -129,7 +129,7 @@ class ReducedSystem:
         if self.omega.ndim > 1:
             systems = zip(self.omega, self.coupling, self.inertia, self.stiffness, strict=True)
             omega, shapes = zip(*(ReducedSystem(*system)._lowest_of_large(count) for system in systems), strict=True)
-            return np.stack(omega), np.stack(shapes)
+            return np.array(omega), np.array(shapes)
         modal, square = len(self.omega), self.omega**2
         try:
             solve = sparse_factors(self.stiffness).solve if self.stiffness.shape[0] else np.zeros_like

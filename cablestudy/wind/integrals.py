@@ -49,7 +49,7 @@ class Integrals:
     @cached_property
     def all_weights(self):
         """The w weights at the n frequencies of the panels, shape (w, n)."""
-        return np.stack(list(self.weights.values()))
+        return np.array(list(self.weights.values()))
 
     def shapes_with(self, residues):
         """Sizes of all arrays of these integrals of a response, `Residues`: rows with equal ones go together. Tuple."""
@@ -153,9 +153,9 @@ def variances_of_rows(integrals, responses):
         at_once = max(1, WIND.resolvent_entries // max(1, resolvents))
         for begin in range(0, len(rows), at_once):
             members = rows[begin : begin + at_once]
-            panels = Panels(np.stack([integrals[row].panels.edges for row in members]))
+            panels = Panels(np.array([integrals[row].panels.edges for row in members]))
             noise = stack([integrals[row].noise for row in members])
-            weights = np.stack([integrals[row].all_weights for row in members])
+            weights = np.array([integrals[row].all_weights for row in members])
             of_members = variances(stack([residues[row] for row in members]), panels, noise, weights)
             for row, variance in zip(members, of_members, strict=True):
                 found[row] = variance
