@@ -46,8 +46,8 @@ def _arrays(value):
     """Yield the arrays of a record, or of a list or tuple."""
     if hasattr(value, "ndim"):
         yield value
-    elif is_dataclass(value):
-        yield from _arrays(_fields(type(value))(value))
+    elif fields_of := _fields(type(value)):
+        yield from _arrays(fields_of(value))
     elif isinstance(value, list | tuple):
         for part in value:
             yield from _arrays(part)
@@ -60,8 +60,8 @@ def _made_of(values, make):
         return make([np.asarray(value) for value in values])
     if hasattr(first, "ndim"):  # an array, sparse perhaps
         return make(values)
-    if is_dataclass(first):
-        return type(first)(*_each_made_of(map(_fields(type(first)), values), make))
+    if fields_of := _fields(type(first)):
+        return type(first)(*_each_made_of(map(fields_of, values), make))
     if isinstance(first, list | tuple) and not _are_names(first):
         return type(first)(_each_made_of(values, make))
     return first
@@ -78,7 +78,9 @@ def _each_made_of(rows, make):
 
 @cache
 def _fields(kind):
-    """Function that returns the fields of a record of some class as a tuple."""
+    """Function that returns the fields of a record of some class as a tuple; None of a class of no records."""
+    if not is_dataclass(kind):
+        return None
     names = [field.name for field in fields(kind)]
     return attrgetter(*names) if len(names) > 1 else lambda record: tuple(getattr(record, name) for name in names)
 

@@ -111,9 +111,10 @@ class DynamicAnalysis:
 
     @cached_property
     def _keys(self):
-        """Winches and actuators, and the control, in the keys of plants and loops that cases share."""
-        scene = self.scene
-        return (tuple(scene.winches.items()), tuple(scene.actuators.items())), scene.control
+        """Numbers of the winches with the actuators, and of the control: equal for cases where these are equal."""
+        scene, shared = self.scene, self.plants_and_loops
+        winches = tuple(scene.winches.items()), tuple(scene.actuators.items())
+        return [shared.setdefault(tables, len(shared)) for tables in (winches, scene.control)]
 
     def _modes_of(self, count):
         """`CoupledModes`, the lowest `count` of them with damping; raises as `closed_loop_of`."""
