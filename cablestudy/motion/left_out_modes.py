@@ -115,18 +115,18 @@ class BodiesOnAllModes:
     def movements(self):
         """`_Spectra` of the movements of bodies, winches at rest: also of loops that only integrate."""
         rows, of_bodies = self._plant.movements
-        return _Spectra(self._plant.at_rest, rows, lambda s: of_bodies @ self._receptance(s))
+        return _Spectra(self._plant.at_rest, rows, lambda s: of_bodies @ self.receptance(s))
 
     @cached_property
     def tensions(self):
         """`_Spectra` of the tensions of cables, winches at rest: also of loops that only integrate."""
 
         def by_all_modes(s):
-            return self.tensions_by(self.loop_gain, s, self._receptance(s))
+            return self.tensions_by(self.loop_gain, s, self.receptance(s))
 
         return _Spectra(self._plant.at_rest, self._plant.tension_rows, by_all_modes, of_each_cable=True)
 
-    def _receptance(self, s):
+    def receptance(self, s):
         """Free displacements of bodies by forces on them, shape (f, d, d)."""
         free = len(self._plant.layout.free)
         return self.loop_gain.receptance(s)[:, :free, :free]
@@ -201,7 +201,7 @@ class LeftOutModes:
         """Errors of the variances of speeds and accelerations of winches, shape (2, i); as `of_movements`."""
         if not (self._moves_winches and np.isfinite(least)):
             return np.zeros(variances.shape)
-        return self._changes(self._winch_speeds, OWN, variances, others, least, closed=True)
+        return self._changes(self._winch_speeds, OWN, variances, others, least)
 
     @cached_property
     def _movements(self):
@@ -257,8 +257,10 @@ class LeftOutModes:
     def _winch_speeds(self):
         """`_Spectra` of the speeds of winches."""
 
+        receptance = self._receptance if self._counts_loop else self._plant.all_modes.receptance
+
         def by_all_modes(s):
-            return s[:, None, None] * self._released(s, self._receptance(s))
+            return s[:, None, None] * self._released(s, receptance(s))
 
         return _Spectra(self._turbulence, self._turbulence.speeds, by_all_modes)
 
@@ -270,11 +272,7 @@ class LeftOutModes:
     @property
     def unknown(self):
         """True if rounding spoils the response of a cable, so that no change is known."""
-        return self._unknown(self._counts_loop)
-
-    def _unknown(self, closed):
-        """`unknown` of responses with the loop closed, or with the winches at rest."""
-        return (self._with_loop if closed else self._plant.all_modes.loop_gain) is None
+        return (self._with_loop if self._counts_loop else self._plant.all_modes.loop_gain) is None
 
     @cached_property
     def _with_loop(self):
@@ -295,19 +293,18 @@ class LeftOutModes:
         bound = MOTION.left_out_change_at_most * _integrals(spectra.coarse, spectra.of_model, weights)
         return bool((bound > spectra.least_changes(variances, least)).any())
 
-    def _changes(self, spectra, weights, variances, others, least, closed=False):
+    def _changes(self, spectra, weights, variances, others, least):
         """Estimate by how much the modes that the model leaves out change the variances of r outputs, shape (w, r).
 
         The estimate is |integral of weight (S_all - S_model)| over frequency, times `MOTION.left_out_safety`: S are the
         spectra of an output with all modes and with those of the model (`spectra`). It is zero if no change can be as
-        large as `least` says, and if rounding spoils the response with all modes (`_unknown`).
+        large as `least` says, and if rounding spoils the response with all modes (`unknown`).
 
         `weights` has w functions of frequency [Hz], one for each kind of variance. `variances` and `others`, both (w,
         r), are those by the model, and their errors by other causes: a change that is small beside these need not be
-        exact. `least` is the least relative change of an RMS that matters. `closed` asks for responses with the control
-        loop closed; where `_counts_loop` says so they always are.
+        exact. `least` is the least relative change of an RMS that matters.
         """
-        if not self._may_change(spectra, weights, variances, least) or self._unknown(closed or self._counts_loop):
+        if not self._may_change(spectra, weights, variances, least) or self.unknown:
             return np.zeros(variances.shape)
         smallest = np.maximum(spectra.least_changes(variances, least), others)
 
