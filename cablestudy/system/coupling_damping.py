@@ -248,7 +248,7 @@ class CouplingDamping:
             pairs = middle + half, middle - half
             return lambda s: self.variable(s) * (residues.T @ _of_pairs(*pairs, s))
         if np.iscomplexobj(self.matrices[0]):
-            return lambda s: s**2 * (residues.T @ (1 / (s - poles[:, None])))
+            return lambda s: s**2 * (residues.T @ _reciprocal(s - poles[:, None]))
         upper, real = np.flatnonzero(poles.imag > 0), np.flatnonzero(poles.imag == 0)
         p, q = (poles[np.append(upper, real[part])] for part in (np.s_[::2], np.s_[1::2]))
         of_p, of_q = (residues[np.append(upper, real[part])] for part in (np.s_[::2], np.s_[1::2]))
@@ -393,7 +393,12 @@ def _of_pairs(first, second, s):
     """1/((s - p) (s - q)) of n pairs of poles p and q, for s of shape (f,): shape (n, f)."""
     product = s - first[:, None]
     product *= s - second[:, None]
-    return np.reciprocal(product, out=product)  # in place: these are the largest arrays of a loop gain
+    return _reciprocal(product)
+
+
+def _reciprocal(values):
+    """1/values, written over the values: these are the largest arrays of a loop gain, and new ones cost more time."""
+    return np.reciprocal(values, out=values)
 
 
 def _polynomial(matrices, x):

@@ -278,7 +278,10 @@ class Residues:
 
     def response(self, s):
         """Outputs per input, shape (f, o, i), for s of shape (f,); not finite at a pole."""
-        return (self.outputs / (s[:, None] - self.poles)[:, None, :]) @ self.inputs + self.direct
+        products = self.outputs.T[:, :, None] * self.inputs[:, None, :]  # of each pole
+        distances = s[:, None] - self.poles
+        fractions = np.reciprocal(distances, out=distances)  # in place: of many poles and frequencies far faster
+        return (fractions @ products.reshape(len(self.poles), -1)).reshape(-1, *self.direct.shape) + self.direct
 
     def split(self, highest):
         """Itself and None, since no response is to be added to it; see `DelayedResponse.split`."""
