@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from weakref import finalize
 
 import command
 import numpy as np
@@ -171,4 +172,6 @@ def computed(study):
     headers = [column.header for column in columns]
     for done in compute_here(Chunks(study, [(cases, headers)], study.count), jobs=1):
         store.add(done.headers, done.records)
-    return table_of(study, columns, reference, store, cases)
+    table = table_of(study, columns, reference, store, cases)
+    finalize(table, store.close)  # the table reads from it as long as it is there
+    return table

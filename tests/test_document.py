@@ -5,6 +5,7 @@ import io
 import json
 import math
 import os
+import re
 import subprocess
 import sys
 import threading
@@ -142,7 +143,8 @@ def test_a_place_is_that_of_the_nearest_known_ancestor(folder):
 def test_what_cannot_be_opened_is_refused(folder, monkeypatch):
     assert message_of(read_document, "absent.yaml") == "absent.yaml: no such file"
     assert message_of(read_document, ".") == ".: a directory, not a file"
-    assert message_of(read_document, "a\0b") == "a\\x00b: cannot be read (embedded null byte)"
+    in_words = r"a\\x00b: cannot be read \((stat: )?embedded null (byte|character in path)\)"  # as Python says it
+    assert re.fullmatch(in_words, message_of(read_document, "a\0b"))
     assert message_of(read_document, write("f.yaml", b"a: " + b"x" * 10_000_000)) == "f.yaml: larger than 10 MB"
     monkeypatch.setattr(sys, "stdin", None)
     assert message_of(read_document, "-") == "<stdin>: cannot be read (closed)"
