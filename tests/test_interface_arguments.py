@@ -149,6 +149,9 @@ WRONG = {  # what is called -> what the line says
     "scene.compute(what=3)": "compute: what: unknown 3 (allowed: static, ",
     "scene.plot('bode')": "kind: unknown 'bode' (allowed: static, modes, windrms, loop)",
     "scene.compute('windrmss')": "unknown 'windrmss' (allowed: ",
+    "scene.compute({'static'})": "compute: what: unknown a set (allowed: ",
+    "scene.compute(pd.Series(['static', 'modes']))": "compute: what: unknown a Series (allowed: ",
+    "scene.loop_response(())": "loop_response: response: expected first and last frequency and how many, ",
     "scene.state_space('gondole')": "unknown 'gondole' (allowed: gondola, loop)",
     "scene.modes(3, 4.0)": "count and upto exclude each other",
     "scene.state_space('gondola', input='wind')":

@@ -39,8 +39,10 @@ def read_amount(value: object) -> str:
 
 
 def read_amounts(value: object) -> str:
-    """Amounts in a list as one text with colons between them; or such a text."""
+    """Amounts in a list as one text with colons between them; or such a text. ValueError of an empty list."""
     amounts = list_of(value)
+    if amounts == []:
+        raise ValueError
     return read_amount(value) if amounts is None else ":".join(map(read_part, amounts))
 
 

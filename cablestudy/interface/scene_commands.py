@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError, one_line
 from cablestudy.interface.answer import Answer
 from cablestudy.interface.one_cable import ANSWERS, ONE_CABLE, solve_loop
+from cablestudy.interface.plain import shown
 from cablestudy.scene.document import Document
 from cablestudy.scene.fields import KeyTable
 from cablestudy.scene.likely_mistakes import likely_mistakes
@@ -85,9 +86,9 @@ class SceneCommands:
     @one_thread()
     def _compute(self, what, **options):
         """`Answer` of a command, see `compute`, without warnings about likely mistakes in the file."""
-        if what not in self.answers:
-            unknown = f"compute: what: unknown {what!r} (allowed: {', '.join(self.answers)})"
-            raise SceneError(self.absent.get(what, unknown))
+        if not isinstance(what, str) or what not in self.answers:
+            unknown = f"compute: what: unknown {shown(what)} (allowed: {', '.join(self.answers)})"
+            raise SceneError(self.absent.get(what, unknown) if isinstance(what, str) else unknown)
         if refused := [name for name, value in options.items() if value and name in self.absent]:
             raise SceneError(self.absent[refused[0]])
         options = {name: value for name, value in options.items() if name not in self.absent}
