@@ -260,8 +260,8 @@ class Plant:
         """Response of all outputs, as of `StateSpaces`, to the gusts with a loop that has a delay: `DelayedResponse`.
 
         It has the exact response over frequency, and the poles that make sharp peaks in this. Up to a limit of
-        frequency these are poles with a Padé approximant of the delay. The limit is below `right_up_to` of the loop, up
-        to which the approximant is right. Above it the winches hardly move: the poles are those with winches at rest.
+        frequency these are poles with a Padé approximant of the delay. The limit is just above `right_up_to` of the
+        loop, up to which the approximant is right. Above it the winches hardly move: the poles are those at rest.
 
         Parameters
         ----------

@@ -335,17 +335,17 @@ def delayed_response(response, slow, fast, highest):
     """Make the `DelayedResponse` of a system with a delay: its exact response, and approximate poles that are sharp.
 
     Sharp poles are lightly damped. Below a limit of frequency they are those of `slow`, above it those of `fast`. The
-    limit is the middle of the widest gap between poles of `fast` in a band below `highest`, so that no pole is taken
-    twice or lost.
+    limit is the middle of the widest gap between poles of `fast` in a band above `highest`, so that no pole is taken
+    twice or lost: below `highest` the loop moves poles of `fast` by more than the remainder may have of a peak.
 
     Parameters
     ----------
     response : callable
         s, shape (f,) [rad/s] -> outputs per input, shape (f, o, i).
     slow, fast : Residues
-        Approximations of the system as sums over poles, good below the limit and above it.
+        Approximations of the system as sums over poles, good up to the limit and above it.
     highest : float
-        Upper end of the band in which the limit is sought. [rad/s]
+        Frequency up to which `slow` is good, the lower end of the band in which the limit is sought. [rad/s]
 
     Returns
     -------
@@ -353,8 +353,9 @@ def delayed_response(response, slow, fast, highest):
         Integrals over frequency treat the sharp peaks of its response by these poles, the rest numerically.
     """
     slow, fast = _sharp(slow), _sharp(fast)
-    sizes = np.unique(np.append(np.abs(fast.poles), [SYSTEM.gap * highest, highest]))
-    sizes = sizes[(sizes >= SYSTEM.gap * highest) & (sizes <= highest)]
+    band = highest, SYSTEM.gap * highest
+    sizes = np.unique(np.append(np.abs(fast.poles), band))
+    sizes = sizes[(sizes >= band[0]) & (sizes <= band[1])]
     widest = np.argmax(np.diff(sizes))
     limit = sizes[widest : widest + 2].mean()
     slow, fast = slow.take(np.abs(slow.poles) <= limit), fast.take(np.abs(fast.poles) > limit)
