@@ -50,8 +50,10 @@ class ExactResponse:
         """`Residues` where the loop gain is small: outputs with the winches at rest, speeds without a direct part."""
         loop, eigen, count = self._loop, self._loop.motion.eigen, len(self._loop.notches)
         inputs, direct = (parts[0][..., self._winches :] for parts in (self._inputs, self._direct))
-        # to the left of -1/T, exp(-s T) says nothing any more of what happens on the imaginary axis
-        s = np.maximum(eigen.values.real, -1 / loop.law.delay) + 1j * eigen.values.imag
+        # to the left of -1/T, exp(-s T) says nothing any more of what happens on the imaginary axis; and poles that do
+        # not oscillate, where the law may be infinite, make no peaks there
+        decay = np.where(eigen.values.imag == 0, 0.0, np.maximum(eigen.values.real, -1 / loop.law.delay))
+        s = decay + 1j * np.where(eigen.values.imag == 0, np.abs(eigen.values), eigen.values.imag)
         error = loop.controller(s).T * self._outputs[-count:]
         speeds = -loop.gain * eigen.values * (loop.allocation.matrix @ error)
         outputs = np.concatenate([self._outputs[:-count], speeds])

@@ -60,8 +60,9 @@ class ControlTolerances:
     pole_rounding: float = 1e-12  # of a pole over the largest one
     faint_gain: float = 1e-3  # loop gain down to which a delay is right in a response,
     delay_right_up_to: int = 20  # up to so many times the lowest frequency
-    # turn by a delay that is left out of poles and state space: its approximant would spoil them [rad]
-    slight_delay: float = 5e-3
+    # turn by a delay that is left out of poles and state space [rad]: of less the approximant's poles, 1e7 times as
+    # fast as those that matter, would spoil these; one of 1e-3 may change the damping of a resonance by 3 %
+    slight_delay: float = 1e-6
 
     # --------------------------------------------------------------------------------------------- margins
 

@@ -223,7 +223,7 @@ def law_notes(loop):
     if law.bandwidth < np.inf:
         yield f"winches: a lag of first order of {law.bandwidth / (2 * np.pi):.4g} Hz"
     if loop.slight_delay:
-        yield f"delay of {law.delay:.4g} s: not in poles and state space: it turns no phase that matters by 0.005 rad"
+        yield f"delay of {law.delay:.4g} s: not in poles and state space: it turns no phase that matters by 1e-6 rad"
     elif law.delay:
         right_up_to = loop.right_up_to / (2 * np.pi)
         yield f"delay of {law.delay:.4g} s: Padé approximants, whose phase is right to 1e-7 up to {right_up_to:.4g} Hz"
