@@ -235,6 +235,39 @@ def test_a_resonance_just_below_the_frequency_up_to_which_the_delay_is_right():
     assert found.values["gondola.rms_x"] == pytest.approx(rms_of_one_axis(dynamic, omega), rel=1e-5)
 
 
+def test_speeds_of_winches_state_what_a_resonance_beyond_the_approximated_delay_changes():
+    """Two equal bodies with a stiff link, whose mode at 30 times the lowest frequency has a loop gain of 0.19."""
+    mass, spring, proportional = 20.0, 2e5 / 9.9, 0.2
+    slow = np.sqrt(spring / (2 * mass))
+    fast, gain, corner, delay, time = 30 * slow, 0.01 * slow, 1e3 * slow, 0.3 / slow, 0.1 / slow
+    link = {"stiffness": fast**2 * mass / 2, "damping": 2e-4 * fast * mass}
+    text = one_axis(
+        mass=mass, time=time, winches={"west": {}, "east": {}}, wind=CALM_BODY, links__link={
+            "from": "gondola.a", "to": "small.a", "length": 0.0, **link},
+        control={"body": "gondola", "gain": gain, "proportional_gain": proportional, "bandwidth": corner / TURN,
+                 "notch": "none", "delay": delay},
+        bodies__gondola__wind={"area": 0.5, "drag_coefficient": 1.2},
+        bodies__small={"at": [0.0, 2.0, 0.0], "mass": mass, "inertia": [1.0, 1.0, 1.0], "free": ["x"],
+                       "attachments": {"a": [0.0, 0.0, 0.0]}},
+    )  # fmt: skip
+
+    def law(s):
+        return (proportional + gain / s) / (1 + s / corner) * np.exp(-delay * s)
+
+    def speed(s):  # per force, of what the winches reel in: 0.99 of it moves the stretched cable
+        joint = link["stiffness"] + link["damping"] * s
+        other = mass * s**2 + joint
+        own = mass * s**2 + spring * (1 + time * s) * (1 + law(s)) + joint
+        return 0.99 * s * law(s) / (own - joint**2 / other)
+
+    rms = rms_of_one_axis(lambda s: 1 / speed(s), fast)
+    rate = rms_of_one_axis(lambda s: 1 / (s * speed(s)), fast)
+    mode = np.sqrt(2 * np.log(rate / rms / TURN * 600))
+    found = solve(text, *SPEEDS)
+    for name, expected in zip(SPEEDS, (rms, rms * (mode + np.euler_gamma / mode)), strict=True):
+        assert abs(found.values[name] / expected - 1) < found.errors[name] < 0.02
+
+
 def test_the_rms_in_the_wind_is_the_integral_of_the_exact_spectrum():
     text = everything(control=LOOP | DELAYED)
     own, case = Straight(text), case_of(text)

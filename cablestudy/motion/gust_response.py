@@ -308,14 +308,14 @@ class GustResponse:
         NoSolutionError
             A resonance that nothing damps moves a winch.
         """
-        value, by_modes, undamped = self.turbulence.winch_speeds
+        value, by_modes, by_delay, undamped = self.turbulence.winch_speeds
         self._refuse(undamped)
         plant = self.closed_loop.plant
         if plant.gusts.strips and plant.driven:  # gusts on cables excite the modes between, which move winches
             by_modes = MOTION.one_model_safety * by_modes
         by_modes = by_modes + self._left_out.of_winch_speeds(value, by_modes, self._least)
         least = max(self.integration_error + MOTION.winch_speeds, 2 * self._least if np.isfinite(self._least) else 0.0)
-        return value, by_modes + (least + self._error_of_decay) * value
+        return value, by_modes + by_delay + (least + self._error_of_decay) * value
 
     @property
     def _error_of_decay(self):

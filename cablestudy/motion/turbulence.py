@@ -31,8 +31,8 @@ class ModelVariances:
     value : ndarray, shape (w, o)
     by_modes : ndarray, shape (w, o)
         Errors by modes; not numbers where they are not computed.
-    by_delay : ndarray, shape (w, o) or (w, 1)
-        Errors by an approximated delay; of no meaning for speeds of winches.
+    by_delay : ndarray, shape (w, o)
+        Errors by an approximated delay.
     """
 
     value: np.ndarray
@@ -41,7 +41,7 @@ class ModelVariances:
 
     def of_outputs(self, rows):
         """Those of some of the outputs, a slice."""
-        return ModelVariances(self.value[:, rows], self.by_modes[:, rows], self.by_delay)
+        return ModelVariances(self.value[:, rows], self.by_modes[:, rows], self.by_delay[:, rows])
 
 
 class Turbulence:
@@ -185,16 +185,17 @@ class Turbulence:
         return self.plant.model is None or self.plant.responses
 
     def delay_error(self, integrals):
-        """Error of the variances by frequencies above `Loop.right_up_to`, where the delay is approximated badly.
+        """Error of `all_variances` by frequencies above `Loop.right_up_to`, where the delay is approximated badly.
 
-        Shape (w, o), or 0 of shape (w, 1) without a delay.
+        Shape (w, o), or 0 of shape (w, 1) without a delay. Of outputs it follows from the winches at rest.
         """
         if self.loop is None or not self.loop.law.delay:
             return np.zeros((len(integrals.weights), 1))
         beyond = 2 * np.pi * integrals.panels.frequency > self.loop.right_up_to
         weights = {name: weight * beyond for name, weight in integrals.weights.items()}
-        beyond = replace(integrals, weights=weights).variances(self.plant.at_rest.residues)
-        return MOTION.delayed_error * self.loop.gain_beyond * beyond
+        responses = self.plant.at_rest.residues, self.all_residues.of_outputs(self.speeds)
+        beyond = [replace(integrals, weights=weights).variances(response) for response in responses]
+        return MOTION.delayed_error * self.loop.gain_beyond * np.concatenate(beyond, axis=1)
 
     @property
     def winch_speeds(self):
@@ -202,14 +203,14 @@ class Turbulence:
 
         Returns
         -------
-        value, by_modes : ndarray, shape (2, i)
-            Variances, and their errors by modes.
+        value, by_modes, by_delay : ndarray, shape (2, i)
+            Variances, and their errors by modes and by an approximated delay.
         undamped : ndarray, shape (i,)
             Pole that nothing damps of each winch, see `Integrals.undamped`.
         """
         variances, residues = self.all_variances.of_outputs(self.speeds), self.all_residues.of_outputs(self.speeds)
         undamped = self._integrals.undamped(residues, variances.value[0], np.ones(variances.value.shape[1]))
-        return variances.value, variances.by_modes, undamped
+        return variances.value, variances.by_modes, variances.by_delay, undamped
 
     def undamped(self, stiffness):
         """Poles of the displacements that nothing damps, see `Integrals.undamped`."""
@@ -227,7 +228,10 @@ def _variances_of_rows(turbulences, integrals):
     coarse_values = variances_of_rows([integrals[index] for index in estimated], coarse_residues)
     for index, coarse in zip(estimated, coarse_values, strict=True):
         by_modes[index] = np.abs(values[index] - coarse)
-    by_delay = (row.delay_error(integral) for row, integral in zip(turbulences, integrals, strict=True))
+    by_delay = (
+        np.broadcast_to(row.delay_error(integral), value.shape)
+        for row, integral, value in zip(turbulences, integrals, values, strict=True)
+    )
     return list(map(ModelVariances, values, by_modes, by_delay))
 
 
