@@ -151,6 +151,45 @@ def test_a_column_that_cables_have_in_one_case_is_compared_there():
     assert limits("mast.yaml", *sets, "--set", "case=cold", code=0)["a"] == row
 
 
+def value_and_error(case, column):
+    """Value of a column of line.yaml in a load case, and its stated relative error."""
+    answer = json.loads(run("static", "line.yaml", "--case", case, "--format", "json").out)
+    return answer["rows"][0][column], answer["errors"][0][column]
+
+
+@pytest.mark.parametrize("share", [-2, -0.5, 0.5, 2])
+def test_a_margin_below_the_stated_error_is_undecided(share):
+    """Limits above and below the tension in a storm, by half of its stated error and by twice that."""
+    value, error = value_and_error("storm", "max_tension_N")
+    assert error > 1e-6
+    limit = f"{{that: max_tension <= {value * (1 + share * error)!r} N, cases: [storm]}}"
+    done = run("static", "line.yaml", "--limits", "--set", f"limits={{a: {limit}}}", code=1 if share < 0 else 0)
+    assert [line.partition(":")[0] for line in done.lines] == ["not met"] * (share < 0) + ["undecided"] * (
+        abs(share) < 1
+    )
+    if abs(share) < 1:
+        assert "a (storm): the stated error is larger than the margin: max_tension <=" in done.lines[-1]
+
+
+@pytest.mark.parametrize(("factor", "warned"), [(1 + 1e-4, "undecided: a (storm)"), (1 + 4e-4, "not met: a (ice)")])
+def test_a_load_case_that_does_not_govern_may_be_undecided(factor, warned):
+    """A tension in ice, with a small error, governs; that in a storm is below the limit by less than its error.
+
+    Nothing is undecided where the ice exceeds the limit for certain.
+    """
+    value, error = value_and_error("storm", "max_tension_N")
+    assert error > 4e-4
+
+    def excess(weight):
+        in_ice = cs.load("line.yaml", case="ice", set={"cases.ice.ice": {"weight": weight}})
+        return in_ice.static()["max_tension_N"] - factor * value
+
+    ice = f"cases.ice.ice={{weight: {brentq(excess, 1, 50)!r} N/m}}"
+    limit = f"limits={{a: {{that: max_tension <= {(1 + 2e-4) * value!r} N, cases: [ice, storm]}}}}"
+    done = run("static", "line.yaml", "--limits", *with_sets(ice, limit), code=None)
+    assert [line[: len(warned)] for line in done.lines] == [warned]
+
+
 # ------------------------------------------------------------------------------------------------------ closed forms
 
 

@@ -58,14 +58,13 @@ def _failure_without_loads(scene, command):
 def limits(scene):
     """Answer of static --limits: every limit of a scene, where its margin is least."""
     from cablestudy.scene.scene import missing
-    from cablestudy.study.limits import NOT_MET, limits_table, unanswered
+    from cablestudy.study.limits import limits_table, unanswered
     from cablestudy.study.study_rows import checks_of
 
     if not scene.model.limits:
         raise missing(scene.document, "limits", "static --limits")
     (checks,) = checks_of([scene.model])
-    not_met = [check for check in checks if check.status == NOT_MET]
-    warnings = tuple(f"not met: {check.governing}: {check.limit.that}" for check in not_met)
+    warnings = tuple(line for check in checks for line in check.warnings)
     reason = unanswered(checks)
     return Answer(tables=only(limits_table(checks)), warnings=warnings, failures=(reason,) if reason else ())
 

@@ -48,6 +48,7 @@ class Check:
     value: float | None = None  # of the column there
     error: float | None = None  # estimated, relative
     failures: dict | None = None  # load case -> why there is no value in it
+    undecided: tuple = ()  # of (str, str): load cases and cables where the limit lies within the value's stated error
 
     @property
     def margin(self):
@@ -62,7 +63,18 @@ class Check:
     @property
     def governing(self):
         """Limit, load case and cable in words."""
-        return f"{self.limit.name} ({', '.join(filter(None, (self.case, self.cable)))})"
+        return self._at(self.case, self.cable)
+
+    @property
+    def warnings(self):
+        """Tuple of lines: that the limit is not met, or that errors decide whether it is."""
+        not_met = (f"{NOT_MET}: {self.governing}: {self.limit.that}",) if self.status == NOT_MET else ()
+        reason = f"the stated error is larger than the margin: {self.limit.that}"
+        return (*not_met, *(f"undecided: {self._at(*term)}: {reason}" for term in self.undecided))
+
+    def _at(self, case, cable):
+        """Limit, load case and cable in words."""
+        return f"{self.limit.name} ({', '.join(filter(None, (case, cable)))})"
 
     @property
     def status(self):
@@ -180,15 +192,30 @@ def columns_by_case(limits, is_cheap):
 
 def least_margin(limit, rows):
     """The `Check` of a `SceneLimit`, from a dict of load case -> `Row` with its columns."""
-    least, failures = None, {}
+    least, failures, values = None, {}, []
     for case, cable, column in limit.terms:
         row, name = rows[case], column.header
         value, status = row.cells[name], row.cells["status"]
         if value is None or FALLEN in status:
             failures.setdefault(case, status if row.failed or FALLEN in status else f"{column.name} has no value")
-        elif least is None or limit.margin(value) < limit.margin(least[2]):
-            least = case, cable, value, row.errors.get(name)
-    return Check(limit, *(least or ()), failures=failures)
+            continue
+        values.append((case, cable, value, row.errors.get(name)))
+        if least is None or limit.margin(value) < limit.margin(least[2]):
+            least = values[-1]
+    return Check(limit, *(least or ()), failures=failures, undecided=_undecided(limit, values))
+
+
+def _undecided(limit, values):
+    """Load cases and cables where the stated error decides whether a `SceneLimit` holds: tuple of (str, str).
+
+    `values` has tuples of load case, cable, value and relative error, which may be None. None is undecided where the
+    limit is exceeded somewhere by more than the error.
+    """
+    margins = [(limit.margin(x), (error or 0) * abs(x / limit.bound)) for _, _, x, error in values]
+    if any(margin < -error for margin, error in margins):
+        return ()
+    decided = [abs(margin) >= error for margin, error in margins]
+    return tuple(value[:2] for value, is_decided in zip(values, decided, strict=True) if not is_decided)
 
 
 def unanswered(checks):
