@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from command import rows_of, run, study_file, table_of, with_sets, written
 from scenes import scene_of
-from suspension_cases import SUSPENSIONS, case_at, row, variances_of
+from suspension_cases import SUSPENSIONS, case_at, numbers, row, variances_of
 
 import cablestudy as cs
 from cablestudy.errors import ConvergenceError
@@ -362,3 +362,34 @@ def test_columns_of_every_table_are_known_before_anything_is_computed(monkeypatc
         f"--columns: the table has no column 'rms' (it has {names})"
         for names in ("name, rms_force", "case, name, rms_force, status")
     ]
+
+
+SWING = """\
+cable: {elastic_modulus: 100 GPa, density: 7850 kg/m^3, diameter: 0.87 mm, damping: {model: kelvin_voigt, time: 1 ms}}
+points: {n0: [0, 47, 140], s0: [0, -47, 140]}
+bodies:
+  b:
+    at: [0, 0, 0]
+    mass: 2.9
+    inertia: [0.0013, 0.0013, 0.0013]
+    wind: {area: 0.01, drag_coefficient: 1.1}
+    attachments: {n: [0, 0.01, 0.01], s: [0, -0.01, 0.01]}
+cables:
+  cn: {from: n0, to: b.n, unstretched_length: 147.7}
+  cs: {from: s0, to: b.s, unstretched_length: 147.7}
+wind: {speed: 17, turbulence_intensity: [0.15, 0, 0.08], length_scale: 25, on: bodies}
+"""
+
+
+TENSIONS = "cn.rms_tension", "cs.rms_tension"
+
+
+def test_motion_out_of_a_plane_of_symmetry_is_zero():
+    """A body in the plane of symmetry of two long cables, in gusts along that plane.
+
+    Waves along the cables come in pairs, symmetric and antisymmetric, whose frequencies agree within their errors.
+    """
+    found = numbers(scene_of(SWING), *(f"b.rms_{axis}" for axis in ("x", "y", "z", "rx", "ry", "rz")), *TENSIONS)
+    assert [found[name] for name in ("b.rms_y", "b.rms_rx", "b.rms_rz")] == [0, 0, 0]
+    assert min(found["b.rms_x"], found["b.rms_z"], found["b.rms_ry"]) > 100
+    assert found[TENSIONS[0]] == pytest.approx(found[TENSIONS[1]], rel=1e-9)

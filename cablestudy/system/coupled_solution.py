@@ -344,8 +344,9 @@ def modes_of_row(trial, row, error, finer=None):
 
     Modes coincide if their frequencies agree within their errors, so that their order is not certain. The error of each
     of them becomes the largest of their errors plus the relative distance of the highest from the lowest frequency.
-    Their shapes Phi are replaced by combinations Phi V, orthogonal for M, that move different coordinates as far as
-    possible: V are the eigenvectors of the symmetric part of Phi^T N M Phi, N being the diagonal matrix of 1, 2, 3...
+    The shapes Phi of those that agree within rounding are replaced by combinations Phi V, orthogonal for M, that move
+    different coordinates as far as possible: V are the eigenvectors of the symmetric part of Phi^T N M Phi, N being the
+    diagonal matrix of 1, 2, 3...; of others, combinations would not be orthogonal for the stiffness.
 
     Parameters
     ----------
@@ -368,18 +369,23 @@ def modes_of_row(trial, row, error, finer=None):
         The equilibrium is not stable.
     """
     model, omega, shapes, truncation_error = trial.modes_of(row)
-    error = np.maximum(error, trial.rounding[row])[: len(omega)]
-    known = np.where(np.isnan(error), SYSTEM.frequency_rounding, error)
-    coincide = np.diff(omega) <= (known[1:] + known[:-1]) * omega[1:]  # within their errors, each with the next one
-    coincident = tuple((begin + 1, end) for begin, end in runs_of(coincide))
+    rounding = np.maximum(trial.rounding[row][: len(omega)], SYSTEM.frequency_rounding)
+    error = np.maximum(error[: len(omega)], rounding)
+    coincident = _runs_within(np.where(np.isnan(error), rounding, error), omega)
+    for run in coincident:
+        error[run] = error[run].max() + omega[run][-1] / omega[run][0] - 1
     number = np.arange(len(shapes))[:, None] + 1.0
-    for first, last in coincident:
-        run = slice(first - 1, last)
-        error[run] = error[run].max() + omega[last - 1] / omega[first - 1] - 1
+    for run in _runs_within(rounding, omega):
         # combinations by the principal axes of the mean number of the coordinates that move
         by_number = shapes[:, run].T @ (number * model.reduced.mass_times(shapes[:, run]))
         shapes[:, run] = shapes[:, run] @ np.linalg.eigh(by_number + by_number.T)[1]
-    return CoupledModes(omega, error, coincident, model, shapes, truncation_error, finer)
+    numbers = tuple((run.start + 1, run.stop) for run in coincident)
+    return CoupledModes(omega, error, numbers, model, shapes, truncation_error, finer)
+
+
+def _runs_within(error, omega):
+    """Runs of frequencies each of which agrees with the next one within relative errors, shape (k,): list of slice."""
+    return [slice(*ends) for ends in runs_of(np.diff(omega) <= (error[1:] + error[:-1]) * omega[1:])]
 
 
 def _cable_record(modes, cable, name):
