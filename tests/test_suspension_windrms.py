@@ -12,6 +12,7 @@ from suspension_cases import SUSPENSIONS, case_at, numbers, row, variances_of
 
 import cablestudy as cs
 from cablestudy.errors import ConvergenceError
+from cablestudy.motion.gust_response import error_of_root
 from cablestudy.motion.tolerances import MOTION
 from cablestudy.scene.scene import load_scene
 from cablestudy.study.columns import find
@@ -362,6 +363,15 @@ def test_columns_of_every_table_are_known_before_anything_is_computed(monkeypatc
         f"--columns: the table has no column 'rms' (it has {names})"
         for names in ("name, rms_force", "case, name, rms_force, status")
     ]
+
+
+@pytest.mark.parametrize("error", [1e-6, 0.1, 0.9, 1.0, 2.0])
+def test_the_error_of_an_rms_covers_the_roots_of_all_variances(error):
+    """A variance of 1, right to `error`: its root lies between those of 1 - error, at least 0, and of 1 + error."""
+    bound = error_of_root(error)
+    assert 1 - bound <= math.sqrt(max(1 - error, 0)) + 1e-15
+    assert 1 + bound >= math.sqrt(1 + error)
+    assert bound <= 0.5 * error * (1 + error)
 
 
 SWING = """\

@@ -8,7 +8,7 @@ import numpy as np
 from cablestudy.control.margins import Margins
 from cablestudy.errors import known, outcome_of, outcomes, result_of
 from cablestudy.motion.closed_loop import ClosedLoop
-from cablestudy.motion.gust_response import GustResponse
+from cablestudy.motion.gust_response import GustResponse, error_of_root
 from cablestudy.motion.loop_stability import LoopStability
 from cablestudy.motion.model_search import closed_loops_of, search_models, stable_without_loop
 from cablestudy.motion.model_sizes import ModelSizes
@@ -424,7 +424,7 @@ class DynamicAnalysis:
         total = variances.sum_of(variance, names)
         if not total > 0:
             return np.sqrt(total), 0.0 if self.model is None else np.nan
-        own_error = variances.error_of(variance, names) / (2 * total)
+        own_error = error_of_root(variances.error_of(variance, names) / total)
         error = self._with_safety(own_error, response.closed_loop.modes, sees_own_motion=variance in OWN)
         return np.sqrt(total), error if self.sizes.error_known else np.nan
 

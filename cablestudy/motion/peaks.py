@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cablestudy.motion.gust_response import error_of_root
 from cablestudy.motion.tolerances import MOTION
 from cablestudy.wind.peak import peak_factor, probability_beyond
 
@@ -115,7 +116,7 @@ def winch_speeds(analysis):
         return WinchSpeeds((0.0, 0.0), (0.0, 0.0), 0)
     variances, errors = response.winch_speeds
     divisor = np.where(variances > 0, variances, 1.0)
-    (rms, rms_rate), (error, rate_error) = np.sqrt(variances), errors / (2 * divisor)
+    (rms, rms_rate), (error, rate_error) = np.sqrt(variances), error_of_root(errors / divisor)
     plant, left_out = response.closed_loop.plant, response.closed_loop.left_out_modes
     if plant.gusts.strips:  # these excite modes above the model's, each of which moves a winch or two
         rate_error = (1.0 if plant.responses or plant.driven else MOTION.one_model_safety) * rate_error.max()
