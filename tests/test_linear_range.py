@@ -5,6 +5,7 @@ import pytest
 from command import CARLINA, run, study_file
 from mpmath import mp
 from references import catenary_mp
+from scenes import case_of as case_of_one_cable
 from scenes import cells, scene
 from scipy.optimize import brentq
 from solved import solve, solve_all
@@ -164,6 +165,35 @@ def test_the_probability_that_a_cable_goes_slack_at_its_gondola(speed):
     assert 1e-16 < expected < 1
     # an error of the RMS counts times the square of the level
     assert row.errors["slack_probability"] > float(level) ** 2 * row.errors["gondola_rms"] * (1 - expected)
+
+
+@pytest.mark.parametrize("speed", [10, 11, 12])
+def test_the_probability_that_a_cable_with_fixed_ends_goes_slack(speed):
+    """Mean tensions by the 50-digit catenary; RMS of tension and its rate at each end, in both winds."""
+    bare = "gondola=null", "winch=null", f"wind.speed={speed}", "cable.damping={loss_factor: 0.02, viscous: 0.01}"
+    case = case_of_one_cable(*bare, "cable.unstretched_length=185.9 m", "model={accuracy: 1e-4}")
+    (x, _, z), length = case.scene.cable.end_2, mp.mpf("185.9")
+    stiffness, weight = mp.mpf("70.3e9") * mp.mpf("2.69e-6"), 1440 * mp.mpf("2.69e-6") * mp.mpf("9.81")
+    with mp.workdps(50):
+        horizontal, vertical = catenary_mp.solve(x, z, length, stiffness, weight)
+        ends = [float(mp.sqrt(horizontal**2 + part**2)) for part in (vertical, weight * length - vertical)]
+    probabilities = []
+    for wind in case.in_cable_wind.sides:
+        for mean, end in zip(ends, ("cable.tension_from", "cable.tension_to"), strict=True):
+            rms, rate = (wind.rms([end], kind, open_loop=True)[0] for kind in ("value", "rate"))
+            crossings = rate / (2 * np.pi * rms) * case.scene.wind.duration
+            probabilities.append(probability_of_a_level(mean / rms, crossings))
+    row = solve(case.scene, "slack_probability", "cable.slack_probability")
+    found = row.values["slack_probability"]
+    assert found == row.values["cable.slack_probability"]
+    # the program takes more modes, until the RMS is as accurate as asked for, and the rate is larger by these
+    assert found == pytest.approx(max(probabilities), rel=min(1e-2, row.errors["slack_probability"]))
+    assert 1e-16 < max(probabilities) < 1
+
+
+def test_the_probability_to_go_slack_names_a_key_that_the_gondola_lacks():
+    row = solve(scene("gondola.area=null"), "slack_probability", "sag")
+    assert row.status == "slack_probability needs the key gondola.area, which this case does not have"
 
 
 def test_windrms_warns_of_a_slack_cable_and_of_motion_beyond_the_linear_range():

@@ -317,7 +317,8 @@ COLUMNS = (
     Column("peak_utilisation", "", "largest tension over breaking force at the gondola's peak, towards either side; "
            "linear", "wind", peak_utilisation, f"{BODY}, {STRONG}"),
     Column("slack_probability", "", "probability that the tension at an end falls to zero within wind.duration by the "
-           "gondola's displacement, towards either side; linear", "wind", slack_probability, BODY, any_error=True),
+           "gondola's displacement, towards either side, or of a cable with fixed ends by the gusts on it; linear",
+           "wind", slack_probability, f"wind, gondola.area|{DIAMETER}", any_error=True),
     Column("linear_range", "mm", "displacement of the gondola along x, of either sign, at which the restoring force of "
            "the cable differs by 5 % from linear; empty where it does not", "stiffness", _linear_range, "gondola.mass",
            each=True),

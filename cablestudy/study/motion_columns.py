@@ -10,7 +10,8 @@ import numpy as np
 
 from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError
 from cablestudy.motion import peaks
-from cablestudy.study.column import DIAMETER, MM, STRONG, UM, Column, scaled
+from cablestudy.motion.tolerances import MOTION
+from cablestudy.study.column import DIAMETER, MM, STRONG, UM, Column, first_without_value, scaled
 from cablestudy.study.statics import tensions_by_end_2
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.tolerances import SYSTEM
@@ -81,7 +82,17 @@ def least_tension_at_peak(case):
 
 
 def slack_probability(case):
-    """Probability that the tension at an end falls to zero within `wind.duration`, and its relative error; linear."""
+    """Probability that the tension at an end falls to zero within `wind.duration`, and its relative error; linear.
+
+    With fixed ends by the RMS of the tension there, in the wind that changes a tension most.
+    """
+    if case.scene.gondola is None:
+        _, side = case.in_cable_wind.to_accuracy(case.scene.model.accuracy or np.inf, TENSIONS)
+        ends = zip(case.form.edge_tensions.ravel()[[0, -1]], TENSIONS, strict=True)
+        pairs = (peaks.probability_of_change(side, [name], mean, MOTION.crossings) for mean, name in ends)
+        return max(pairs, key=lambda pair: pair[0])
+    if key := first_without_value(case.scene, BODY.split(", ")):
+        raise NoSolutionError(f"slack_probability needs the key {key}, which this case does not have")
     check_winch_speed(case)
     tensions, slopes = _tensions_and_slopes(case)
     with np.errstate(divide="ignore", invalid="ignore"):  # of an end that the gondola's displacement does not change
@@ -230,4 +241,4 @@ def _rms_in_winds(case, winds, variance, at_rest):
 
 def rms_of_bare_cable(case, names):
     """Largest RMS of some outputs of a bare cable over the directions of the wind, and its relative error."""
-    return case.in_cable_wind.rms_to(case.scene.model.accuracy or np.inf, names)
+    return case.in_cable_wind.to_accuracy(case.scene.model.accuracy or np.inf, names)[0]

@@ -45,7 +45,10 @@ ALIASES = {
     **{f"{GONDOLA}.{name}": name for name in ("peak", "exposure", "corrected", "corrected_exposure")},
 }  # fmt: skip
 # likewise, of a cable with fixed ends only
-OF_BARE_CABLE = {f"{CABLE}.rms_tension": "tension_rms", f"{CABLE}.midspan_rms": "midspan_rms"}
+OF_BARE_CABLE = {
+    f"{CABLE}.rms_tension": "tension_rms",
+    **{f"{CABLE}.{name}": name for name in ("midspan_rms", "slack_probability")},
+}
 # keys of a suspension -> those of a scene of one cable
 KEYS = {"control": "winch.controller", f"cables.{CABLE}.section_breaking_force": "cable.section_breaking_force"}
 

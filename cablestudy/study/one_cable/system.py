@@ -92,15 +92,16 @@ class InCableWind:
         """Largest `DynamicAnalysis.rms` among some outputs and the winds, and its error; raises as that method."""
         return self._largest(self.sides, names, variance, open_loop)[0]
 
-    def rms_to(self, accuracy, names):
-        """`rms` of displacements or tensions of a bare cable, with more modes until its error is an accuracy.
+    def to_accuracy(self, accuracy, names):
+        """Largest RMS of displacements or tensions of a bare cable, with more modes until its error is an accuracy.
 
+        Returns the RMS and its error, a pair, and the `DynamicAnalysis` of it.
         Modes end where the quadrature makes half of the error: what that lacks they do not add.
         """
         (rms, error), side = self._largest(self.sides, names, "value", open_loop=True)
         while error > max(accuracy, side.response.integration_error) and side.finer is not None:
             (rms, error), side = self._largest([side.finer], names, "value", open_loop=True)
-        return rms, error
+        return (rms, error), side
 
     @staticmethod
     def _largest(winds, names, variance, open_loop):
