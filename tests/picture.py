@@ -40,7 +40,9 @@ def faults(figure):
         box = legend.get_window_extent(renderer)
         if _outside(box.corners(), figure):
             found.append(f"legend outside: {box}")
-        own = {text.get_text() for text in [*legend.get_texts(), legend.get_title()]}
+        entries = [text.get_text() for text in legend.get_texts()]
+        found += [f"equal entries: {entries}"] if len(set(entries)) < len(entries) else []
+        own = {*entries, legend.get_title().get_text()}
         found += [f"behind a legend: {words!r}" for words, corners in boxes
                   if words not in own and _overlap(corners, box.corners()[[0, 1, 3, 2]])]  # fmt: skip
     for (one, corners), (other, corners_of_other) in _near(boxes):

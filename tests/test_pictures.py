@@ -48,6 +48,7 @@ def broken(draw):
         (lambda figure, axes: axes.set_ylabel("a label that is far too long for this axis"), "outside"),
         (lambda figure, axes: axes.text(0.5, 0.5, "sag 4.087089 m"), "not rounded"),
         (lambda figure, axes: [axes.text(0.5, 0.5, name) for name in ("first", "second")], "over"),
+        (lambda figure, axes: figure.legend([*axes.lines] * 2, ["one"] * 2), "equal entries"),
         (lambda figure, axes: [axes.legend(loc="center"), axes.text(0.5, 0.5, "hidden")], "behind a legend"),
     ],
 )  # fmt: skip

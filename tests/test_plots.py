@@ -382,6 +382,18 @@ def test_a_study_of_texts_alone_says_that_there_is_nothing_to_draw(tmp_path, var
     assert "no column is a number" in [text.get_text() for text in figure.findobj(Text)]
 
 
+def test_rows_of_one_name_have_a_legend_that_tells_them_apart(tmp_path):
+    """Two rows of each damping, whose series have no mass and no gain in common."""
+    one, other = "{ratio: 0.01}", "{ratio: 0.02}"
+    varied = (
+        f"{{gondola.mass: [1, 2, 3, 4], winch.controller.gain: [0.1, 0.2, 0.3, 0.4], cable.damping: [{one}, {one}, "
+    )
+    plot = "plot: {x: cable.damping, y: end_stiffness}"
+    _, figure = drawn_study(tmp_path, f"vary: [{varied}{other}, {other}]}}]\ncolumns: [end_stiffness]\n{plot}\n")
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert labels == ["row 1 of each cable damping", "row 2 of each cable damping"]
+
+
 @pytest.mark.parametrize("name", ["gondola.mass", "gondola.mass_kg"])
 def test_varied_keys_are_drawn_along_both_axes(tmp_path, name):
     _, figure = drawn_study(tmp_path, f"{PLANE}plot: {{x: {name}, y: [cable.preload, sag]}}\n")

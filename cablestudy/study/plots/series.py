@@ -71,10 +71,12 @@ def series_of(study, every, rows, *drawn):
     categories = drawn[0] if len(drawn) == 1 and drawn[0].categories is not None else None
     groups = _grouped(rows, factors, categories)
     companions = _companions(within, drawn) if any(turn for _, turn in groups) else []  # where categories repeat
-    series = []
-    for (levels, _), members in groups.items():
-        series.append(Series(members, levels, _label(factors, levels, companions, members)))
-    return series, factors
+    in_common = [[_common(quantity, members) for quantity in companions] for members in groups.values()]
+    labels = [_label(factors, levels, words) for (levels, _), words in zip(groups, in_common, strict=True)]
+    if companions and len(set(labels)) < len(labels):  # these do not tell all series apart
+        labels = [_label(factors, levels, [f"row {turn + 1} of each {categories.words}"]) for levels, turn in groups]
+    members = zip(groups.items(), labels, strict=True)
+    return [Series(rows, levels, label) for ((levels, _), rows), label in members], factors
 
 
 def _entries_of(entries, drawn):
@@ -89,11 +91,10 @@ def _companions(within, drawn):
     return [q for entry in within for q in entry if q.key and q.key not in keys][:2]
 
 
-def _label(factors, levels, companions, rows):
-    """Label of a series: its levels, and the values that its rows have in common."""
+def _label(factors, levels, further):
+    """Label of a series: its levels, and further words."""
     parts = [f"{factor.words} {factor.text(level)}" for factor, level in zip(factors, levels, strict=True)]
-    parts += [_common(quantity, rows) for quantity in companions]
-    return shortened(", ".join(parts), LONGEST_LABEL)
+    return shortened(", ".join([*parts, *further]), LONGEST_LABEL)
 
 
 def _grouped(rows, factors, categories):
