@@ -160,6 +160,28 @@ def test_of_several_loads_each_has_its_own_movement():
     assert moved.shape == (mesh.nodes, 3)
 
 
+@pytest.mark.parametrize("model", ["accuracy: 1e-4", "elements: 8"])
+@pytest.mark.parametrize(("height", "at", "force"), [(100, 50, -100), (100, 30, -70), (60, 10, 300), (-80, 33, -1)])
+def test_a_load_along_a_vertical_cable_moves_it_linearly(model, height, at, force):
+    """F a (1 - a/L)/EA, L being the unstretched length: pieces of a straight cable are springs in a row."""
+    vertical = f"cable.ends=[[0, 0, 0], [0, 0, {height}]]", f"cable.unstretched_length={0.999 * abs(height)!r}"
+    found = cells(
+        scene(*vertical, f"cable.loads=[{{at: {at}, force: [0, 0, {force}]}}]", f"model={{{model}}}"),
+        "deflection", "nonlinearity", "axial_stiffness", "unstretched_length",
+    )  # fmt: skip
+    spring = at * (1 - at / found["unstretched_length"]) / found["axial_stiffness"]
+    assert found["deflection"] == pytest.approx(abs(force) * spring, rel=1e-9)
+    assert found["nonlinearity"] == 0
+
+
+def test_a_load_along_a_cable_without_weight_moves_it_linearly():
+    loads = "cable.loads=[{at: 60 m, force: [8, 0, 6]}]"
+    found = cells(scene("gravity=0", "cable.ends=[[0, 0, 0], [80, 0, 60]]", "cable.unstretched_length=99.9", loads),
+                  "deflection", "nonlinearity", "axial_stiffness")  # fmt: skip
+    assert found["deflection"] == pytest.approx(10 * 60 * (1 - 60 / 99.9) / found["axial_stiffness"], rel=1e-6)
+    assert found["nonlinearity"] == 0
+
+
 def test_a_force_of_nothing_moves_nothing():
     still = scene("cable.loads=[{at: 40 m, force: [0, 0, 0]}]")
     assert set(cells(still, "deflection", "linear_deflection", "nonlinearity").values()) == {0.0}
