@@ -17,7 +17,7 @@ import cablestudy
 from cablestudy.errors import SceneError
 from cablestudy.scene.cable_table import Cable
 from cablestudy.scene.document import read_document, read_file
-from cablestudy.scene.fields import KeyTable
+from cablestudy.scene.fields import KeyTable, suggestion
 from cablestudy.scene.scene import TABLES, CableScene, ModelTable, missing, quantity_of, read_scene
 from cablestudy.scene.schema import scene_schema, study_schema, suspension_schema
 from cablestudy.scene.suspension import SuspensionScene
@@ -57,6 +57,22 @@ def test_a_scene_is_read_into_si():
     assert scene.winch.controller.notch.frequency == "coupled"
     assert scene.wind.turbulence == pytest.approx(0.9)  # 0.15 * 6
     assert (scene.model.elements, scene.model.accuracy) == (40, None)
+
+
+WIND_KEYS = ["speed", "length_scale", "air_density", "duration", "turbulence_intensity"]
+
+
+@pytest.mark.parametrize(
+    ("word", "hint"),
+    [
+        ("direction", None), ("vector", None), ("spede", "speed"), ("sped", "speed"), ("mean_speed", "speed"),
+        ("intensity", "turbulence_intensity"), ("turb", "turbulence_intensity"), ("lenght_scael", "length_scale"),
+        ("turbulense_intensety", "turbulence_intensity"), ("air", "air_density"),
+    ],
+)  # fmt: skip
+def test_hints_name_words_with_few_other_letters_or_an_equal_part(word, hint):
+    expected = f"did you mean {hint}?" if hint else f"allowed: {', '.join(WIND_KEYS)}"
+    assert suggestion(word, WIND_KEYS) == expected
 
 
 def test_defaults_are_those_of_the_interface():

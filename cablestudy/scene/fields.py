@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from difflib import get_close_matches
+from difflib import SequenceMatcher, get_close_matches
 from typing import Annotated, ClassVar, get_args, get_origin
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, StringConstraints, TypeAdapter, model_validator
@@ -53,14 +53,34 @@ CaseName = Annotated[Name, AfterValidator(_case_name)]
 
 
 def suggestion(word, known):
-    """`did you mean ...?` when one of the known words is similar, else all that are known."""
+    """`did you mean ...?` where a known word has about the same letters or an equal part, else all that are known."""
     known = list(known)
     if not known:
         return "there is none"
     word = str(word)[:100]
     swapped = [one for one in known if sorted(one) == sorted(word)]  # letters in another order
-    near = swapped or get_close_matches(word, known, n=1, cutoff=0.6)
+    near = swapped or _misspelt(word, known) or _with_a_common_part(word, known)
     return f"did you mean {near[0]}?" if near else f"allowed: {', '.join(known)}"
+
+
+def _misspelt(word, known):
+    """Those of the known words that differ from a word by a few letters, the most similar one first."""
+    most = max(2, len(word) // SCENE.letters_to_one_wrong)
+    similar = get_close_matches(word, known, cutoff=SCENE.similar_word)
+    return [one for one in similar if _wrong_letters(word, one) <= most]
+
+
+def _wrong_letters(word, right):
+    """Number of letters by which a word differs from the right one."""
+    parts = SequenceMatcher(None, word, right).get_opcodes()
+    return sum(max(i2 - i1, j2 - j1) for tag, i1, i2, j1, j2 in parts if tag != "equal")
+
+
+def _with_a_common_part(word, known):
+    """Those of the known words that begin with a word, or share one of its parts, the most similar one first."""
+    parts = {part for part in word.split("_") if len(part) >= SCENE.shortest_part}
+    begin = [one for one in known if len(word) >= SCENE.shortest_part and one.startswith(word)]
+    return get_close_matches(word, begin or [one for one in known if parts.intersection(one.split("_"))], cutoff=0.0)
 
 
 def each_once(value):

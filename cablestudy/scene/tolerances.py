@@ -48,6 +48,11 @@ class SceneTolerances:
 
     # ------------------------------------------------------------------------------------ likely mistakes
 
+    similar_word: float = 0.6  # likeness of a misspelt word to the right one by difflib, at least,
+    # and of so many letters one is wrong at most, or two in all: `direction` is no `duration`, which has three others
+    letters_to_one_wrong: int = 5
+    shortest_part: int = 3  # letters of a part of a name that two names may have in common
+
     # of a number without a unit for the diameter of a cable, or the thickness of ice: 1,85 mm is 1 and 85 mm [m]
     unlikely_thickness: float = 1.0
     coldest: float = 200.0  # likely temperature: a lower number without a unit is in degrees Celsius [K]
