@@ -154,6 +154,17 @@ def test_a_mechanism_is_refused_and_its_motion_named(name):
     assert str(refusal.value) == reason
 
 
+@pytest.mark.parametrize("size", [0.03, 0.3, 0.5, 1, 3, 10, 30])
+def test_a_mechanism_of_any_size_is_named(size):
+    """A light body that hangs by one point from four stiff cables, in a search for which it turns and turns."""
+    data = platform(count=4, mass=0.01235, stiffness=1.7e8, line=0.332)
+    body = data["bodies"]["body"]
+    body["center_of_mass"] = [size * part for part in (0.0023, -0.0008, -0.009)]
+    body["attachments"] = {key: [size * part for part in (0.079, -0.041, -0.008)] for key in body["attachments"]}
+    with pytest.raises(NoSolutionError, match=r"^nothing holds body yaw$"):
+        case_of(data).equilibrium  # noqa: B018
+
+
 def test_the_bars_of_the_reference_come_to_the_catenaries():
     """Two ways to the same equilibrium: the places of bars and catenaries differ by the square of a bar's length."""
     data = platform(line=1.0)

@@ -12,7 +12,8 @@ from cablestudy.statics import tangent
 from cablestudy.statics.descent import UNMET, descend, least_energy_poses
 from cablestudy.statics.fitted_lengths import first_strains
 from cablestudy.statics.links import Links
-from cablestudy.statics.pose_state import PoseState, displaced, extent, spans
+from cablestudy.statics.pose_state import PoseState, displaced, evaluate, extent, spans
+from cablestudy.statics.rounding import largest_ratio
 from cablestudy.statics.stability import UNSTABLE
 from cablestudy.statics.stated_equilibrium import satisfy_stated
 from cablestudy.statics.suspension import STATED, Equilibrium
@@ -41,7 +42,8 @@ def pose(suspension):
     -----
     First the pose of least potential energy is found. Where tensions or sags are stated, Newton's method then changes
     the lengths and the pose together. Where this fails, the search is repeated from the equilibrium with softer cables,
-    or with a little weight on cables that have none. Where an equilibrium is unstable, another search begins beside it.
+    or with a little weight on cables that have none, or with the softest motion held. Where an equilibrium is unstable,
+    another search begins beside it.
     """
     refuse_unheld(suspension)
     unstated = [name for name, kind in zip(suspension.cable_names, suspension.stated, strict=True) if kind is None]
@@ -56,6 +58,10 @@ def pose(suspension):
         if len(unmet):
             # where this search fails too, the state and record of the first one are kept: they are nearer to the scene
             _assign_converged(state, record, unmet, *search(flat.take(unmet)))
+    for case in np.flatnonzero(~record.converged):
+        index = np.array([case])
+        ended = take_rows(state, index), take_rows(record, index)
+        _assign_converged(state, record, index, *search_with_softest_held(flat.take(index), *ended))
     return leave_saddle_points(suspension, flat, state, record)
 
 
@@ -142,6 +148,22 @@ def search_with_softer_cables(suspension):
             break
     from_softer = replace(softer, axial_stiffness=stiffness)
     return search_all(from_softer, start(from_softer))
+
+
+def search_with_softest_held(suspension, state, record):
+    """Find the equilibrium of one case whose search ended without one: first with the softest motion held, then free.
+
+    A motion that nothing holds, as the yaw of a body that hangs at one point, leads a search astray: its stiffness away
+    from equilibrium is of either sign, and its steps are long. `state` and `record` are where the search ended.
+    """
+    motion = np.abs(equilibrium(suspension, suspension, state, record).stability.motion)[0]
+    held = replace(suspension, free=suspension.free & (motion < motion.max()))
+    if not held.free.any():
+        return state, record
+    found, record = search_all(held, start(held))
+    at_rest = evaluate(suspension, found)
+    balanced = largest_ratio(suspension, at_rest.net, at_rest.most_rounding) <= 1
+    return (found, record) if balanced.all() else search_all(suspension, found)
 
 
 def search_with_heavier_cables(suspension):
