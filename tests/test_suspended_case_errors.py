@@ -16,13 +16,20 @@ from suspension_cases import case_of
 
 G, PIECES = 9.81, 50
 SIZE = 20.0  # distance of the anchors [m]
+INSULATOR = 1.5  # length of a short cable [m]
 AXES, ROWS = ("roll", "pitch", "yaw"), ("x", "y", "z", "rx", "ry", "rz")
 
 
-def scene_data(seed):
-    """A body that moves freely, or along some axes, on four or five cables, in one load case of everything."""
+def scene_data(seed, storm=False):
+    """A body that moves freely, or along some axes, on four or five cables, in one load case of everything.
+
+    In a storm it is light and its cables are slack; in two of three scenes one of them is an insulator.
+    """
     rng = np.random.default_rng([seed, 5])
     mass, weight = 10 ** rng.uniform(0, 3), 9.81 * 10 ** rng.uniform(-1, 0.7) * SIZE  # of the body; of a cable
+    insulator = storm and seed % 3 > 0
+    if storm:
+        mass, weight = 0.03 * mass**0.5, 0.3 * weight
     body = {
         "at": [0, 0, 60.0], "mass": mass + weight / G, "inertia": [0.3 * mass] * 3, "center_of_mass": [0, 0, -0.3],
         "attachments": {}, "markers": {"tip": [0.5, 0.2, -1.0]},
@@ -36,8 +43,11 @@ def scene_data(seed):
         angle = 2 * np.pi * number / count + rng.normal() * 0.2
         place = SIZE * np.array([np.cos(angle), np.sin(angle), rng.uniform(0.4, 1.0)]) + [0, 0, 60]
         arm = 0.6 * np.array([np.cos(angle), np.sin(angle), 0.5]) + rng.normal(size=3) * 0.1
+        if insulator and number == 0:
+            place = arm + np.array([0, 0, 60 + INSULATOR])
         body["attachments"][f"e{number}"], data["points"][f"a{number}"] = arm.tolist(), place.tolist()
-        length = np.linalg.norm(place - arm - [0, 0, 60]) * (1 + rng.choice([-1e-3, 3e-3, 0.02]))
+        slack = rng.choice([3e-3, 0.01, 0.03] if storm else [-1e-3, 3e-3, 0.02])
+        length = np.linalg.norm(place - arm - [0, 0, 60]) * (1 + slack)
         data["cables"][f"c{number}"] = {"from": f"a{number}", "to": f"box.e{number}", "unstretched_length": length}
     data["cable"] = {
         "axial_stiffness": (mass * G + weight) * 10 ** rng.uniform(2, 4), "mass_per_length": weight / G / SIZE,
@@ -45,6 +55,9 @@ def scene_data(seed):
     }  # fmt: skip
     data["cables"]["c1"] |= {"loads": [{"fraction": 0.2, "mass": weight / G}], "reference": {"loads": True}}
     data["cases"] = {"day": _day(rng, mass * G, weight, lost=seed % 4 == 3)}
+    if storm:
+        speed, direction = float(rng.uniform(20, 50)), float(rng.uniform(-3, 3))
+        data["cases"]["day"]["wind"] = {"speed": speed, "direction": direction}
     return data | {"case": "day"}
 
 
@@ -134,7 +147,9 @@ class Truth:
             whole[moves] = step
             return position + whole[:3], Rotation.from_rotvec(whole[3:]).as_matrix() @ rotation
 
-        found = root(lambda step: self.balance(*pose(step))[0][moves], np.zeros(moves.sum()), tol=1e-10)
+        found = root(
+            lambda step: self.balance(*pose(step))[0][moves], np.zeros(moves.sum()), tol=1e-10, options={"factor": 0.1}
+        )
         place, turned = pose(found.x)
         left, hanging = self.balance(place, turned)
         tension = max(np.linalg.norm(force, axis=1).max() for _, force in hanging.values())
@@ -152,12 +167,8 @@ class Truth:
         return columns
 
 
-SEEDS = campaign(range(40), [2, 3, 4, 5])
-
-
-@pytest.mark.parametrize("seed", SEEDS)
-def test_load_cases_of_suspensions_are_within_their_stated_errors(seed):
-    data = scene_data(seed)
+def assert_within_stated_errors(data):
+    """Compare all columns; return those of the truth, and the row."""
     equilibrium = case_of(data).equilibrium
     truth = Truth(data, equilibrium.end_forces[:, 0])
     expected = truth.columns(equilibrium.position[0], equilibrium.rotation[0])
@@ -167,3 +178,22 @@ def test_load_cases_of_suspensions_are_within_their_stated_errors(seed):
         digits = (1.5 / PIECES) ** 2 if column.endswith(("sag", "swing", "lowest_point")) else 1e-6
         size = max(abs(row.values[column]), abs(value))
         assert abs(row.values[column] - value) <= (row.errors[column] + digits) * size + 1e-7, column
+    return expected, row
+
+
+SEEDS = campaign(range(40), [2, 3, 4, 5])
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_load_cases_of_suspensions_are_within_their_stated_errors(seed):
+    assert_within_stated_errors(scene_data(seed))
+
+
+@pytest.mark.parametrize("seed", campaign(range(14), [0, 1, 4, 7]))
+def test_light_bodies_and_insulators_in_a_storm_are_within_their_stated_errors(seed):
+    """Drag that follows the cables moves them so far that a first order says little; no error is far too large."""
+    expected, row = assert_within_stated_errors(scene_data(seed, storm=True))
+    axes = [f"box.{axis}" for axis in "xyz"]
+    movement = np.linalg.norm([row.values[axis] - expected[axis] for axis in axes])
+    for axis in axes:
+        assert row.errors[axis] * abs(row.values[axis]) < 2 * movement + 1e-7

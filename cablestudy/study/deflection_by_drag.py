@@ -5,9 +5,10 @@ import numpy as np
 from cablestudy.cable.catenary import solve
 from cablestudy.cable.records import with_arrays
 from cablestudy.study.uneven_drag import (
+    CablesInDrag,
     Pieces,
-    changes_by_actual_drag,
     flexibility,
+    settled_changes,
     slope_of,
     stiffness_and_length,
     stretched_and_turned,
@@ -46,14 +47,11 @@ def deflections_by_drag(case):
 def _tensions(steady_wind, span, pieces):
     """Tension vectors at the points of a cable under uniform and under actual drag, (1, j, 3) each, global axes. [N]
 
-    The actual drag also moves the ends, to first order: `steady_wind` is that of a case.
+    The actual drag also moves the ends: `steady_wind` is that of a case.
     """
     drag, ends = steady_wind
-    catenary = solve(span)
-    tensions = changes_by_actual_drag(drag, catenary, pieces=pieces).tensions
-    by_ends = catenary.global_end_stiffness @ (ends[:, 1] - ends[:, 0])[..., None]
-    uniform = span.in_frame(catenary.tension_at(pieces.points), "global")
-    return uniform, tensions + by_ends[:, None, :, 0]
+    cables = CablesInDrag.of(drag, solve(span), pieces=pieces)
+    return cables.at_points, settled_changes(cables, ends).tensions
 
 
 class _Loads:

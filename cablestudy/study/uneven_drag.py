@@ -3,9 +3,10 @@
 It is the error of all that takes the drag as uniform: `DragErrors`, and the errors of columns (`..._by_drag`).
 
 The tension vector at a point is N = N_0 + c - integral of d, with N_0 under the uniform drag, d(s) the drag where the
-cable hangs less the uniform one, and c the constant vector for which the ends stay where they are: the integral of
-r' = N/EA + N/|N| is the chord. d depends on the form: c and d are found in turns, c by Newton's method. Integrals are
-by Gauss's rule on each piece between two loads, and on both sides of mid-length: r' is smooth there.
+cable hangs less the uniform one, and c the constant vector for which the ends stay where they are, or go where they
+move: the integral of r' = N/EA + N/|N| is the chord. d depends on the form: c and d are found in turns, c by Newton's
+method. Integrals are by Gauss's rule on each piece between two loads, and on both sides of mid-length: r' is smooth
+there.
 """
 
 from dataclasses import dataclass, replace
@@ -14,8 +15,9 @@ from functools import lru_cache
 import numpy as np
 
 from cablestudy.cable.geometry import chord_angles, lowest_point, points_along
-from cablestudy.cable.records import take_rows
-from cablestudy.cable.steady_drag import across
+from cablestudy.cable.matrices import of_each, solved
+from cablestudy.cable.records import assign_rows, take_rows
+from cablestudy.cable.steady_drag import SteadyDrag, across
 from cablestudy.cable.taut import lambda_squared
 from cablestudy.cable.tolerances import CABLE
 from cablestudy.cable.vectors import size
@@ -30,82 +32,132 @@ class ChangesByDrag:
     ----------
     relative : ndarray, shape (n,)
         The larger one of the change of the tension vector over the tension and of the movement at mid-length over the
-        distance from the chord there. [-]
+        distance from the chord there; of cables whose ends are held. [-]
     end_tensions : ndarray, shape (n, 2, 3)
         Change of the tension vector at both ends, global axes. [N]
     displacement : ndarray, shape (n, j, 3)
         Movement of the j points of its `Pieces` along each cable. [m]
     tensions : ndarray, shape (n, j, 3)
         Tension vectors at these points under the actual drag, global axes. [N]
+    constant, difference : ndarray, shape (n, 1, 3), (n, j, 3)
+        c of the head of the file, and d at these points times the unstretched length. [N]
+    unsettled : ndarray, shape (n,)
+        Last change of tension vectors and form in the search, over all of their change. [-]
     """
 
     relative: np.ndarray
     end_tensions: np.ndarray
     displacement: np.ndarray
     tensions: np.ndarray
+    constant: np.ndarray
+    difference: np.ndarray
+    unsettled: np.ndarray
 
 
-def changes_by_actual_drag(drag, catenary, stretched=False, steps=STUDY.drag_steps, pieces=None):
-    """Compute how n equilibria change where drag that varies along each cable takes the place of uniform drag.
+@dataclass(frozen=True)
+class CablesInDrag:
+    """n cables in uniform drag, and what is needed to find their form in the drag that varies along each.
 
-    The changes are the errors of results with uniform drag.
-
-    Parameters
-    ----------
-    drag : SteadyDrag
-        Drag on the n cables.
-    catenary : Catenary
-        Equilibria of the n cables under the uniform drag, between fixed ends.
-    stretched : bool
-        Whether the uniform drag was computed for the stretched length, not for the unstretched one.
-    steps : int
-        Number of turns in which c and d settle.
-    pieces : Pieces, optional
-        Of the cables; by default between their loads.
-
-    Returns
-    -------
-    ChangesByDrag
-
-    Notes
-    -----
-    Symbols as at the head of the file: N_0 `at_points`, d `difference`, c `constant`, r' `slope`.
+    Made by `of`. Vectors are in global axes; points are those of `pieces`, j along each cable.
     """
-    span, pieces = catenary.span, Pieces.of(catenary) if pieces is None else pieces
-    stiffness, length = stiffness_and_length(span)
-    at_points = span.in_frame(catenary.tension_at(pieces.points), "global")
-    uniform_drag = drag.times_mean_pressure(across(drag.direction, span.frame[..., 0, :]))[:, None]
-    if stretched:
-        uniform_drag = uniform_drag * (1 + catenary.mean_tension / span.axial_stiffness)[:, None, None]
-    positions = None if drag.profile is None else points_along(catenary, pieces.points)
-    constant, displacement = np.zeros((len(at_points), 1, 3)), np.zeros_like(at_points)
-    start, tension, tangent = slope_of(at_points, stiffness)
-    at_middle, before_middle = np.zeros_like(constant), (pieces.points < 0.5)[..., None]
-    for _ in range(steps):
-        # the drag where the cable hangs now, then one Newton step of c for it, then the new form
-        shift = length * displacement
-        actual_drag = (1 + tension / stiffness) * across(drag.direction[:, None], tangent)
-        actual_drag = drag.times_local_pressure(actual_drag, lambda shift=shift: positions + shift)
-        difference = drag.normal_drag[:, None, None] * length * (actual_drag - uniform_drag)
-        without_constant = at_points - pieces.running_integral(difference)
-        slope, tension, tangent = slope_of(without_constant + constant, stiffness)
-        step = _newton_step(slope - start, tension, tangent, pieces, stiffness)
-        constant = constant - step
-        slope, tension, tangent = slope_of(without_constant + constant, stiffness)
-        displacement = pieces.running_integral(slope - start)
-        previous, at_middle = at_middle, pieces.integral((slope - start) * before_middle)
-    tensions = without_constant + constant
-    ends = constant - np.concatenate([0 * constant, pieces.integral(difference)], axis=1)
-    # both relative changes, to which the last steps of the iteration are added, of c and of the form
-    at_ends = span.in_frame(catenary.tension_at(np.array([0.0, 1.0])), "global")
-    force = np.concatenate([at_points, at_ends], axis=1)
-    change = np.concatenate([tensions - at_points, ends], axis=1)
-    tiny = np.finfo(float).tiny
-    offset = size(span.in_frame(catenary.at(np.array([0.5]))[0], "global"))
-    with np.errstate(over="ignore"):  # changes of what was nothing before are infinite
-        of_force = ((size(change) + size(step)) / np.maximum(size(force), tiny)).max(axis=-1)
-        of_form = (size(at_middle) + size(at_middle - previous)) / np.maximum(offset, tiny)
-    return ChangesByDrag(np.maximum(of_force, of_form[:, 0]), ends, length * displacement, tensions)
+
+    drag: SteadyDrag
+    pieces: "Pieces"
+    stiffness: np.ndarray  # (n, 1, 1): EA [N]
+    length: np.ndarray  # (n, 1, 1): unstretched [m]
+    uniform_drag: np.ndarray  # (n, 1, 3): over the drag at right angles to the wind [-]
+    at_points: np.ndarray  # (n, j, 3): tension vectors N_0 [N]
+    at_ends: np.ndarray  # (n, 2, 3): N_0 at both ends [N]
+    offset: np.ndarray  # (n, 1): distance of mid-length from the chord over the unstretched length [-]
+    positions: np.ndarray | None  # (n, j, 3): of the points from ends 1, where the wind has a profile [m]
+
+    @classmethod
+    def of(cls, drag, catenary, stretched=False, pieces=None):
+        """Make `CablesInDrag` of n equilibria.
+
+        Parameters
+        ----------
+        drag : SteadyDrag
+            Drag on the n cables.
+        catenary : Catenary
+            Equilibria of the n cables under the uniform drag, between fixed ends.
+        stretched : bool
+            Whether the uniform drag was computed for the stretched length, not for the unstretched one.
+        pieces : Pieces, optional
+            Of the cables; by default between their loads.
+        """
+        span, pieces = catenary.span, Pieces.of(catenary) if pieces is None else pieces
+        uniform_drag = drag.times_mean_pressure(across(drag.direction, span.frame[..., 0, :]))[:, None]
+        if stretched:
+            uniform_drag = uniform_drag * (1 + catenary.mean_tension / span.axial_stiffness)[:, None, None]
+        at_points, at_ends = (
+            span.in_frame(catenary.tension_at(points), "global") for points in (pieces.points, np.array([0.0, 1.0]))
+        )
+        offset = size(span.in_frame(catenary.at(np.array([0.5]))[0], "global"))
+        positions = None if drag.profile is None else points_along(catenary, pieces.points)
+        return cls(drag, pieces, *stiffness_and_length(span), uniform_drag, at_points, at_ends, offset, positions)
+
+    def changes(self, ends=None, start=None, steps=STUDY.drag_steps, share=1.0):
+        """Compute how the equilibria change in the actual drag: the errors of results with uniform drag.
+
+        Parameters
+        ----------
+        ends : ndarray, shape (n, 2, 3), optional
+            Movements of the two ends of each cable; by default they are held. [m]
+        start : ChangesByDrag, optional
+            Of the same cables, with which the search begins.
+        steps : int
+            Number of turns in which c and d settle.
+        share : float
+            Of the new d that each turn takes, and of the tension by which a step may change c: less than 1 where a
+            slack cable would swing to and fro.
+
+        Returns
+        -------
+        ChangesByDrag
+
+        Notes
+        -----
+        Symbols as at the head of the file: N_0 `at_points`, d `difference`, c `constant`, r' `slope`.
+        """
+        drag, pieces, stiffness, length = self.drag, self.pieces, self.stiffness, self.length
+        at_points, none = self.at_points, np.zeros((len(self.at_points), 1, 3))
+        from_end, apart = (none, none) if ends is None else (ends[:, :1] / length, (ends[:, 1:] - ends[:, :1]) / length)
+        uniform_slope, tension, tangent = slope_of(at_points, stiffness)
+        constant, displacement, difference, at_middle = none, np.zeros_like(at_points), 0.0, none
+        if start is not None:
+            constant, displacement, difference = start.constant, start.displacement / length, start.difference
+            _, tension, tangent = slope_of(start.tensions, stiffness)
+        before_middle = (pieces.points < 0.5)[..., None]
+        for _ in range(steps):
+            # the drag where the cable hangs now, then Newton steps of c for it, then the new form
+            shift = length * displacement
+            actual_drag = (1 + tension / stiffness) * across(drag.direction[:, None], tangent)
+            actual_drag = drag.times_local_pressure(actual_drag, lambda shift=shift: self.positions + shift)
+            new = drag.normal_drag[:, None, None] * length * (actual_drag - self.uniform_drag)
+            difference = difference + share * (new - difference)
+            without_constant = at_points - pieces.running_integral(difference)
+            for _ in range(STUDY.newton_steps_of_drag):
+                slope, tension, tangent = slope_of(without_constant + constant, stiffness)
+                step = _newton_step(slope - uniform_slope - apart, tension, tangent, pieces, stiffness, share)
+                constant = constant - step
+            slope, tension, tangent = slope_of(without_constant + constant, stiffness)
+            previous, displacement = displacement, from_end + pieces.running_integral(slope - uniform_slope)
+            last_at_middle, at_middle = at_middle, pieces.integral((slope - uniform_slope) * before_middle)
+        tensions = without_constant + constant
+        at_both = constant - np.concatenate([none, pieces.integral(difference)], axis=1)
+        # both relative changes, to which the last steps of the iteration are added, of c and of the form
+        tiny = np.finfo(float).tiny
+        force = np.concatenate([at_points, self.at_ends], axis=1)
+        change = size(np.concatenate([tensions - at_points, at_both], axis=1))
+        with np.errstate(over="ignore"):  # changes of what was nothing before are infinite
+            of_force = ((change + size(step)) / np.maximum(size(force), tiny)).max(axis=-1)
+            of_form = (size(at_middle) + size(at_middle - last_at_middle)) / np.maximum(self.offset, tiny)
+        of_all = np.maximum(size(displacement).max(axis=-1), STUDY.no_drag)
+        of_tension = np.maximum(change.max(axis=-1), STUDY.no_drag * size(force).max(axis=-1))
+        unsettled = np.maximum(size(displacement - previous).max(axis=-1) / of_all, size(step)[:, 0] / of_tension)
+        relative = np.maximum(of_force, of_form[:, 0])
+        return ChangesByDrag(relative, at_both, length * displacement, tensions, constant, difference, unsettled)
 
 
 @dataclass(frozen=True)
@@ -140,14 +192,30 @@ class Pieces:
         return (within + np.cumsum(whole, axis=1) - whole).reshape(vectors.shape)
 
 
-def _newton_step(slope_change, tension, tangent, pieces, stiffness):
+def _newton_step(slope_change, tension, tangent, pieces, stiffness, share):
     """Step of Newton's method by which c takes back the displacement of end 2, shape (n, 1, 3). [N]
+
+    No step is larger than a share of the largest tension along the cable: a slack one has next to none where it is
+    level.
 
     `slope_change`, shape (n, j, 3), is r' less r' under the uniform drag: its integral is the displacement of end 2.
     Tension and tangent are size [N] and direction of the tension vector.
     """
     jacobian = flexibility(tension, tangent, pieces.weights, stiffness)
-    return np.linalg.solve(jacobian, pieces.integral(slope_change)[:, 0, :, None])[:, None, :, 0]
+    step = solved(jacobian, pieces.integral(slope_change)[:, 0, :, None])[:, None, :, 0]
+    largest = share * tension.max(axis=1, keepdims=True)
+    return step * (largest / np.maximum(size(step)[..., None], largest))
+
+
+def stiffness_of(tensions, cables):
+    """Static stiffness of end 2, end 1 held, of `CablesInDrag` with these tension vectors, shape (n, 3, 3). [N/m]"""
+    return _end_stiffness(tensions, cables.pieces.weights, cables.stiffness, cables.length)
+
+
+def _end_stiffness(tensions, weights, stiffness, length):
+    """Static stiffness of end 2, end 1 held, by tension vectors at points, shape (..., 3, 3). [N/m]"""
+    _, tension, tangent = slope_of(tensions, stiffness)
+    return of_each(np.linalg.inv, np.nan, flexibility(tension, tangent, weights, stiffness)) / length
 
 
 def flexibility(tension, tangent, weights, stiffness):
@@ -230,14 +298,12 @@ class DragErrors:
         Global axes. The drag counts as a dead load: the flexibility of a cable is the integral of I/EA + (I - t t^T)/T.
         `catenary` are the equilibria under the uniform drag.
         """
-        span = catenary.span
-        before = span.in_frame(catenary.tension_at(self.points), "global")
-        stiffness, length = stiffness_and_length(span)
+        before = catenary.span.in_frame(catenary.tension_at(self.points), "global")
         actual, uniform = (
-            np.linalg.inv(flexibility(tension, tangent, self.weights, stiffness))
-            for _, tension, tangent in (slope_of(vectors, stiffness) for vectors in (self.tensions, before))
+            _end_stiffness(tensions, self.weights, *stiffness_and_length(catenary.span))
+            for tensions in (self.tensions, before)
         )
-        return (actual - uniform) / length
+        return actual - uniform
 
     @property
     def from_chord(self):
@@ -249,66 +315,88 @@ class DragErrors:
         """`DragErrors` of some cables."""
         return take_rows(self, index)
 
-    def with_moved_ends(self, catenary, ends, end_stiffness, end_forces):
-        """Add to the errors what movements of the cable ends change, to first order.
 
-        If the ends move apart by the vector e, the force t of a cable with the stiffness K on its end changes by K e,
-        as the tension vector does everywhere, and the form follows from it. The relative error of the tension grows by
-        |(K e).t|/|t|^2, the larger one of both ends, times a safety factor (`STUDY.second_order`).
+def uneven_drag_errors(cables, catenary, held, ends=None, moved=None):
+    """Errors of n equilibria in which the drag of a steady wind is taken as uniform along each cable.
 
-        Parameters
-        ----------
-        catenary : Catenary
-            Equilibria of the n cables under the uniform drag.
-        ends : ndarray, shape (n, 2, 3)
-            Movements of the two ends of each cable, global axes. [m]
-        end_stiffness : ndarray, shape (n, 3, 3)
-            K: static stiffness of one end, the other end held, global axes. [N/m]
-        end_forces : ndarray, shape (n, 2, 3)
-            t: forces of the cables on their ends, global axes. [N]
-
-        Returns
-        -------
-        DragErrors
-        """
-        force_change = (end_stiffness @ (ends[:, 1] - ends[:, 0])[..., None])[:, None, :, 0]
-        square = np.maximum((end_forces**2).sum(axis=-1), np.finfo(float).tiny)
-        tension_change = STUDY.second_order * np.abs((force_change * end_forces).sum(axis=-1) / square).max(axis=-1)
-        stiffness, length = stiffness_and_length(catenary.span)
-        _, tension, tangent = slope_of(self.tensions, stiffness)
-        slope_change = stretched_and_turned(force_change, tension, tangent, stiffness)
-        return replace(
-            self,
-            error=bounded_errors(self.error + tension_change),
-            end_forces=self.end_forces + force_change * np.array([1.0, -1.0])[:, None],
-            displacement=self.displacement + ends[:, :1] + length * Pieces.of(catenary).running_integral(slope_change),
-            ends=ends,
-            tensions=self.tensions + force_change,
-        )
-
-
-def uneven_drag_errors(drag, catenary, stretched=False):
-    """Estimate the errors of n equilibria in which the drag of a steady wind is taken as uniform along each cable.
-
-    The actual drag at a point follows from the tangent, the stretch and the wind there. `changes_by_actual_drag`
-    computes how it changes tension and form; the parameters are the same.
+    Parameters
+    ----------
+    cables : CablesInDrag
+    catenary : Catenary
+        Their equilibria under the uniform drag.
+    held : ChangesByDrag
+        Their changes with both ends held.
+    ends : ndarray, shape (n, 2, 3), optional
+        Movements of their ends by the actual drag, global axes; by default they are held. [m]
+    moved : ChangesByDrag, optional
+        Their changes with these movements.
 
     Returns
     -------
     DragErrors
-        `error` is the larger of two ratios, times a safety factor (`STUDY.second_order`): change of the tension vector
-        to tension, and movement at mid-length to its distance from the chord. Errors are zero without wind.
+        `error` is the larger of two ratios with the ends held, times a safety factor (`STUDY.second_order`): change of
+        the tension vector to tension, and movement at mid-length to its distance from the chord. What the movement of
+        the ends changes of the tension is added to it. Errors are zero without wind, where no end moves.
     """
-    changes, without = changes_by_actual_drag(drag, catenary, stretched), DragErrors.none(catenary)
-    has_wind = drag.normal_drag > 0
+    without, has_wind, changes = DragErrors.none(catenary), cables.drag.normal_drag > 0, held
+    relative = np.where(has_wind, bounded_errors(held.relative), 0.0)
+    if ends is not None:
+        has_wind, changes = np.ones_like(has_wind), moved
+        relative = relative + _tension_change(cables, moved, held)
+    relative = np.where(changes.unsettled <= STUDY.known_drag, relative, STUDY.unknown_error)
     in_wind = has_wind[:, None, None]
     return replace(
         without,
-        error=np.where(has_wind, STUDY.second_order * bounded_errors(changes.relative), 0.0),
+        error=bounded_errors(STUDY.second_order * relative),
         end_forces=np.where(in_wind, changes.end_tensions * np.array([1.0, -1.0])[:, None], 0.0),
         displacement=np.where(in_wind, changes.displacement, 0.0),
+        ends=without.ends if ends is None else ends,
         tensions=np.where(in_wind, changes.tensions, without.tensions),
     )
+
+
+@np.errstate(over="ignore", invalid="ignore")  # of a soft cable that the drag stretches without end
+def settled_changes(cables, ends=None, start=None):
+    """`ChangesByDrag` of `CablesInDrag`, in more turns where few do not settle them; parameters as of `changes`."""
+    changes = cables.changes(ends, start)
+    for steps, share in STUDY.further_drag_steps:
+        unsettled = np.flatnonzero(changes.unsettled > STUDY.settled_drag)
+        if not len(unsettled):
+            break
+        of_these, their_ends = take_rows(cables, unsettled), None if ends is None else ends[unsettled]
+        more = of_these.changes(their_ends, take_rows(changes, unsettled), steps, share)
+        better = np.flatnonzero(more.unsettled < changes.unsettled[unsettled])
+        assign_rows(changes, unsettled[better], take_rows(more, better))
+    return changes
+
+
+def pushed_by_drag(cables, held, force):
+    """Movements of the ends of cables whose end 2 moves along x until the change of its tension there is `force`.
+
+    Returns
+    -------
+    ends : ndarray, shape (n, 2, 3)
+        [m]
+    changes : ChangesByDrag
+        With these movements; `held` are those with both ends held.
+    """
+    ends, changes = np.zeros((len(force), 2, 3)), held
+    for _ in range(STUDY.pushed_drag_steps):
+        stiffness = stiffness_of(changes.tensions, cables)[:, 0, 0]
+        further = np.divide(force - changes.end_tensions[:, 1, 0], stiffness, out=0 * force, where=stiffness > 0)
+        ends[:, 1, 0] += further
+        changes = cables.changes(ends, changes)
+    return ends, changes
+
+
+def _tension_change(cables, moved, held):
+    """Largest change of the tension along n cables from `ChangesByDrag` `held` to `moved`, over the tension, (n,)."""
+    force = np.concatenate([cables.at_points, cables.at_ends], axis=1)
+    one, other = (
+        size(np.concatenate([changes.tensions, cables.at_ends + changes.end_tensions], axis=1))
+        for changes in (moved, held)
+    )
+    return (np.abs(one - other) / np.maximum(size(force), np.finfo(float).tiny)).max(axis=-1)
 
 
 def errors_of_modes(error, of_form, of_stiffness):
@@ -357,7 +445,7 @@ def relative_change(change, number):
 
 
 def movement_errors(movement):
-    """Errors of the parts of movements that are computed to first order, shape (..., 3): in units of the movement.
+    """Errors of the parts of movements by drag taken as uniform, shape (..., 3): in units of the movement.
 
     What a movement is wrong by is a share of all of it, and may be along an axis along which hardly any of it is.
     """
@@ -390,7 +478,12 @@ def chord_angles_by_drag(results, index):
 def _moved_chord(results):
     """Change of the vector from end 1 to end 2 by the actual drag, and the changed one, (..., 3) each. [m]"""
     step = results.drag_errors.ends[..., 1, :] - results.drag_errors.ends[..., 0, :]
-    return step, results.span.frame[..., 0, :] * np.asarray(results.span.chord)[..., None] + step
+    return step, _chord(results) + step
+
+
+def _chord(results):
+    """Vector from end 1 to end 2 of cables in uniform drag, (..., 3). [m]"""
+    return results.span.frame[..., 0, :] * np.asarray(results.span.chord)[..., None]
 
 
 def horizontal_by_drag(results):
@@ -438,8 +531,8 @@ def swing_by_drag(results):
 def _changes_at_midspan(results):
     """Changes of sag [m] and swing [rad] of cables by the actual drag, each of shape (...).
 
-    The points and ends of the cable move by what the errors state; the chord turns with its ends. Movements with the
-    ends are known to first order: a share of them counts, whatever its direction, as in `movement_errors`.
+    The points and ends of the cable move by what the errors state; the chord turns with its ends. A share of movements
+    with the ends counts whatever its direction, as in `movement_errors`.
     """
     errors, middle = results.drag_errors, results.middle[..., None]
     index = np.clip((errors.points < middle).sum(axis=-1, keepdims=True), 1, errors.points.shape[-1] - 1)
@@ -447,13 +540,13 @@ def _changes_at_midspan(results):
     start, end = (np.take_along_axis(errors.displacement, (index - k)[..., None], axis=-2)[..., 0, :] for k in (1, 0))
     movement = start + (end - start) * (middle - before) / np.maximum(beyond - before, STUDY.tiny)
     step, moved_chord = _moved_chord(results)
-    place = points_along(results.form, middle)[..., 0, :]
+    chord, place = _chord(results), points_along(results.form, middle)[..., 0, :]
     tangent = results.span.in_frame(results.form.at(middle)[1], "global")[..., 0, :]
-    sag, swing = _at_midspan(place, tangent, moved_chord - step)
+    sag, swing = _at_midspan(place, tangent, chord)
     movement = movement - errors.ends[..., 0, :]
     moved_sag, moved_swing = _at_midspan(place + movement, tangent, moved_chord)
     by_ends = (1 - 1 / STUDY.second_order) * np.where(step.any(axis=-1), size(movement - step / 2), 0.0)
-    distance = np.maximum(size(place - (moved_chord - step) / 2), STUDY.tiny)
+    distance = np.maximum(size(place - chord / 2), STUDY.tiny)
     return np.abs(moved_sag - sag) + by_ends, np.abs(moved_swing - swing) + by_ends / distance
 
 

@@ -85,6 +85,17 @@ def body_forces(drag, rotation):
     return (rotation @ force[..., None])[..., 0], (rotation @ drag.centers[..., None])[..., 0]
 
 
+def body_loads(drag, position, rotation):
+    """Mean force on each body, shape (..., b, 3) [N], and its eccentric load, shape (..., b, 3, 3) [N m].
+
+    `position` has the shape (..., b, 3), `rotation` (..., b, 3, 3); see `SuspendedSystem.eccentric_loads`.
+    """
+    force, arm = body_forces(drag, rotation)
+    if drag.profile is not None:
+        force = force * drag.profile.pressure(position + arm)[..., None]
+    return force, drag.centers[..., :, None] * force[..., None, :]
+
+
 def cable_loads(drag, catenary, end_1=None):
     """Mean force per unstretched length on each cable, global axes, shape (..., c, 3). [N/m]
 
@@ -184,10 +195,7 @@ def equilibrium_in_wind(without_wind, drag, end_forces=None):
 
 def _inputs_in_wind(suspension, equilibrium, drag, end_forces):
     """Fields of the `SuspendedSystem` for the next search: loads by the wind on an equilibrium, and the start; dict."""
-    force, arm = body_forces(drag, equilibrium.rotation)
-    if drag.profile is not None:
-        force = force * drag.profile.pressure(equilibrium.position + arm)[..., None]
-    eccentric = drag.centers[..., :, None] * force[..., None, :]
+    force, eccentric = body_loads(drag, equilibrium.position, equilibrium.rotation)
     if suspension.eccentric_loads is not None:
         eccentric = eccentric + suspension.eccentric_loads
     if end_forces is not None:

@@ -7,7 +7,7 @@ method so that the last piece ends where the cable does: four cables at once, fo
 
 import numpy as np
 
-STEPS = 20
+STEPS = 40
 
 
 def drag(width, pressure, direction, weight, stretched=True):
@@ -68,12 +68,20 @@ def solve(end_1, end_2, stiffness, length, load, start, pieces=400, point_loads=
         return np.array(found)
 
     force, small = np.array(start, dtype=float), 1e-6 * np.linalg.norm(start)
+    least, step = np.inf, np.zeros(3)
     for _ in range(STEPS):
         whole = along(force[:, None] + small * np.eye(3, 4, 1))
         gap = whole[-1, 0] - end_2[:, None]
+        left = np.linalg.norm(gap[:, 0])
         if np.abs(gap[:, 0]).max() < 1e-12 * length:
             return whole[:, 0, :, 0], whole[:, 1, :, 0]
-        force = force - np.linalg.solve((gap[:, 1:] - gap[:, :1]) / small, gap[:, 0])
+        if left > least and least > 1e-6 * length:  # of a slack cable a whole step may lead too far
+            step = step / 2
+            force = force + step
+            continue
+        least = left
+        step = np.linalg.solve((gap[:, 1:] - gap[:, :1]) / small, gap[:, 0])
+        force = force - step
     raise AssertionError(gap)
 
 

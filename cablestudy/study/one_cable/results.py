@@ -19,7 +19,15 @@ from cablestudy.study.one_cable.conductors import equivalent_cables
 from cablestudy.study.one_cable.loaded_cables import loaded_cables
 from cablestudy.study.statics import ClosedStatics, tensions_by_end_2
 from cablestudy.study.tolerances import STUDY
-from cablestudy.study.uneven_drag import bounded_errors, errors_of_modes, largest_ratio, uneven_drag_errors
+from cablestudy.study.uneven_drag import (
+    CablesInDrag,
+    bounded_errors,
+    errors_of_modes,
+    largest_ratio,
+    pushed_by_drag,
+    settled_changes,
+    uneven_drag_errors,
+)
 
 NO_MOTION = "the cable hangs folded: somewhere it has no tension, and no stiffness about it"
 
@@ -253,16 +261,15 @@ class Results:
         """`DragErrors` of the equilibria, as drag is taken as uniform along each cable; None without a steady wind."""
         if not self.drag.normal_drag.any():
             return None
-        errors = uneven_drag_errors(self.drag, self.catenary)
+        cables = CablesInDrag.of(self.drag, self.catenary)
+        held = settled_changes(cables)
         if self.loaded.without_push is None:
-            return errors
+            return uneven_drag_errors(cables, self.catenary, held)
         # what holds end 2 along x holds against the force that the actual drag leaves there without the push
         span, drag = self.loaded.without_push()
-        held = uneven_drag_errors(drag, solve(span)).end_forces[:, 1, 0]
-        change, stiffness, ends = errors.end_forces[:, 1, 0] - held, self.end_stiffness_along(0), 0 * errors.ends
-        np.divide(change, stiffness, out=ends[:, 1, 0], where=stiffness > 0)
-        at_ends = self.catenary.global_end_stiffness, self.catenary.end_forces("global")
-        return errors.with_moved_ends(self.catenary, ends, *at_ends)
+        without_push = settled_changes(CablesInDrag.of(drag, solve(span)))
+        ends, moved = pushed_by_drag(cables, held, without_push.end_tensions[:, 1, 0])
+        return uneven_drag_errors(cables, self.catenary, held, ends, moved)
 
     def change_by_drag(self, column):
         """Changes of the numbers of a column by drag that is taken as uniform, as its `by_drag` says, shape (n,)."""

@@ -5,7 +5,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.statics import tangent
-from cablestudy.study.suspension.load_cases import drag_change
+from cablestudy.study.suspension.drag_change import drag_change
 from cablestudy.study.tolerances import STUDY
 from cablestudy.study.uneven_drag import errors_of_modes
 

@@ -2,7 +2,7 @@
 
 The drag on a piece of a hanging cable depends on its direction. First it is taken as uniform along each cable, by the
 direction of its chord. The drag that follows the cable's local direction changes the forces of the cable on its ends
-(`changes_by_actual_drag`). These changes are loads on the bodies, found again where the bodies move, until all is in
+(`CablesInDrag`). These changes are loads on the bodies, found again where the bodies move, until all is in
 equilibrium.
 """
 
@@ -10,9 +10,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cablestudy.study.suspension.load_cases import drag_on_cables
+from cablestudy.study.suspension.drag_change import drag_on_cables
 from cablestudy.study.tolerances import STUDY
-from cablestudy.study.uneven_drag import changes_by_actual_drag
+from cablestudy.study.uneven_drag import CablesInDrag
 from cablestudy.wind.mean import equilibrium_in_wind
 
 
@@ -92,6 +92,7 @@ def _changes_of_end_forces(equilibrium, drag):
     forces, drag_of_cables = np.zeros((*equilibrium.lengths.shape, 2, 3)), drag_on_cables(drag, equilibrium)
     in_wind = np.nonzero((drag_of_cables.normal_drag > 0) & equilibrium.record.converged[:, None])
     drag_in_wind, catenary = drag_of_cables.take(in_wind), equilibrium.catenary.take(in_wind)
-    changes = changes_by_actual_drag(drag_in_wind, catenary, drag.stretched, STUDY.following_drag_steps)
+    cables = CablesInDrag.of(drag_in_wind, catenary, drag.stretched)
+    changes = cables.changes(steps=STUDY.following_drag_steps)
     forces[in_wind] = changes.end_tensions * np.array([1.0, -1.0])[:, None]
     return forces

@@ -18,12 +18,11 @@ from cablestudy.study.cable_columns import utilisation_of
 from cablestudy.study.one_cable.loaded_cables import LoadedCables
 from cablestudy.study.one_cable.results import Results
 from cablestudy.study.suspension.conductors import conductors_of
+from cablestudy.study.suspension.drag_change import drag_change, drag_on_cables
 from cablestudy.study.suspension.equilibrium_errors import EquilibriumErrors
 from cablestudy.study.suspension.following_drag import Poses, poses_in_following_drag
 from cablestudy.study.suspension.load_cases import (
     cables_left,
-    drag_change,
-    drag_on_cables,
     loaded_state,
     numbers_at_rest,
     too_long,

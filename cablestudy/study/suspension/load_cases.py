@@ -6,17 +6,14 @@ again. The drag of a cable is that of one cable (`study.load_cases`): uniform, p
 of its chord.
 """
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cablestudy.cable.records import assign_rows
-from cablestudy.cable.steady_drag import Profile, SteadyDrag
-from cablestudy.cable.vectors import size, times
+from cablestudy.cable.steady_drag import Profile
 from cablestudy.motion.airflow import drag_areas_of_bodies
-from cablestudy.statics import stated, tangent
+from cablestudy.statics import stated
 from cablestudy.statics.equilibria import pose
-from cablestudy.statics.rigid import turn
 from cablestudy.statics.suspension import Equilibrium
 from cablestudy.study.load_cases import (
     drag_width,
@@ -29,13 +26,6 @@ from cablestudy.study.load_cases import (
 )
 from cablestudy.study.suspension.numbers import CableValues, loads_of, numbers_of
 from cablestudy.study.tolerances import STUDY
-from cablestudy.study.uneven_drag import (
-    DragErrors,
-    bounded_errors,
-    largest_ratio,
-    movement_errors,
-    uneven_drag_errors,
-)
 from cablestudy.wind.mean import Drag, equilibrium_in_wind
 
 
@@ -57,233 +47,6 @@ class LoadedState:
     equilibrium: Equilibrium
     drag: Drag | None
     problems: list
-
-
-def drag_on_cables(drag, equilibrium):
-    """Drag of a steady wind on each of the c cables of n suspensions: `SteadyDrag` of shape (n, c).
-
-    The drag per length of a cable across the wind is rho/2 v^2 C_d D, with the density rho, the speed v and the drag
-    width C_d D. It is zero on cables without mass. Where the wind grows with the height, `mean` is the ratio of its
-    mean pressure along each cable to the stated one.
-
-    Parameters
-    ----------
-    drag : Drag
-        Wind and drag widths of the cables in the n cases.
-    equilibrium : Equilibrium
-        Equilibria of these cases in the wind, shape (n,).
-    """
-    mass = equilibrium.suspension.cable_mass
-    pressure, speed = drag.density / 2 * (drag.velocity**2).sum(axis=-1), size(drag.velocity)
-    direction = drag.velocity / np.maximum(speed, np.finfo(float).tiny)[:, None]
-    normal_drag = np.where(mass > 0, pressure[:, None] * drag.cables, 0.0)
-    drag_of_cables = SteadyDrag(normal_drag, np.broadcast_to(direction[:, None], (*mass.shape, 3)))
-    if drag.profile is None:
-        return drag_of_cables
-    # a wind that grows with the height: the mean of its pressure along each cable
-    profile, end_1 = drag.profile.over(mass.shape[1]), equilibrium.ends[:, equilibrium.suspension.of_cables, 0]
-    mean = profile.mean_pressure(equilibrium.catenary, end_1)
-    return replace(drag_of_cables, profile=profile, end_1=end_1, mean=mean)
-
-
-@dataclass(frozen=True)
-class DragChange:
-    """Estimated errors of an equilibrium by drag that is taken as uniform along each cable.
-
-    Attributes
-    ----------
-    error : ndarray, shape (n,)
-        Largest relative error of the tension or form of any cable. [-]
-    displacement : ndarray, shape (n, b, 6)
-        Changes of the positions of bodies and points along x, y, z [m], and of their attitudes about these axes [rad],
-        to first order.
-    form_error : ndarray, shape (n,)
-        Largest `DragErrors.form_error` of any cable. [-]
-    stiffness_error : ndarray, shape (n,)
-        Largest relative change of the energy of a static displacement, by the tangent stiffness. [-]
-    links : ndarray, shape (n, l)
-        Changes of the forces of links, to first order. [N]
-    blocks : (ndarray of int, Blocks) or None
-        Cases with wind on a cable, and the blocks of their tangent stiffness in the actual drag; None without drag.
-    cables : DragErrors or None
-        Of each cable, fields of shape (n, c, ...), with what the movement of its ends adds; None without drag.
-    """
-
-    error: np.ndarray
-    displacement: np.ndarray
-    form_error: np.ndarray
-    stiffness_error: np.ndarray
-    links: np.ndarray
-    blocks: tuple | None = None
-    cables: DragErrors | None = None
-
-    @property
-    def uncertainty(self):
-        """Errors of positions [m] and attitudes [rad], shape (n, b, 6)."""
-        return np.concatenate([movement_errors(part) for part in np.split(self.displacement, 2, axis=-1)], axis=-1)
-
-
-def drag_change(equilibrium, drag):
-    """Estimate the errors of n equilibria in which drag is taken as uniform along each cable: `DragChange`.
-
-    To first order:
-
-    1. The actual drag, which varies along a cable with its direction, changes the form of each cable between fixed
-       ends, and the forces on its ends by f.
-    2. These forces move the bodies by u = K^-1 f, with the tangent stiffness K.
-    3. The movements of its ends change the tension of each cable again.
-
-    Parameters
-    ----------
-    equilibrium : Equilibrium
-        Of the n cases, in the wind.
-    drag : Drag or None
-        The wind, and drag areas of cables and bodies; without it all errors are 0.
-    """
-    cases, cables = equilibrium.lengths.shape
-    displacement = np.zeros((*equilibrium.position.shape[:2], 6))
-    links = np.zeros((cases, equilibrium.suspension.owner.shape[0] - cables))
-    form_error, stiffness_error = np.zeros((2, cases))
-    has_wind = np.zeros((cases, cables), dtype=bool)
-    if drag is not None:
-        drag_of_cables = drag_on_cables(drag, equilibrium)
-        has_wind = (drag_of_cables.normal_drag > 0) & equilibrium.record.converged[:, None]
-    if not has_wind.any():
-        return DragChange(np.zeros(cases), displacement, form_error, stiffness_error, links)
-    errors = _errors_between_held_ends(equilibrium, drag_of_cables, has_wind, drag.stretched)
-    rows = np.flatnonzero(has_wind.any(axis=1))  # m cases with wind on a cable
-    in_wind = equilibrium.take(rows)
-    displacement[rows], ends = _movement_of_bodies(in_wind, errors.end_forces[rows])
-    ends_of_cables, ends_of_links = np.split(ends, [cables], axis=1)
-    stiffness_of_links = in_wind.end_stiffness[:, cables:]
-    links[rows] = size(times(stiffness_of_links, ends_of_links[:, :, 1] - ends_of_links[:, :, 0]))
-    # all m c cables of these cases, in one axis
-    of_rows = np.repeat(rows, cables), np.tile(np.arange(cables), len(rows))
-    catenary = equilibrium.catenary.take(of_rows)
-    at_ends = equilibrium.end_stiffness[of_rows], equilibrium.end_forces[of_rows]
-    moved_errors = errors.take(of_rows).with_moved_ends(catenary, ends_of_cables.reshape(-1, 2, 3), *at_ends)
-    assign_rows(errors, of_rows, moved_errors)
-    form_error[rows] = moved_errors.form_error(catenary).reshape(len(rows), cables).max(axis=-1)
-    change_of_stiffness = moved_errors.stiffness_change(catenary).reshape(len(rows), cables, 3, 3)
-    change_of_end_forces = moved_errors.end_forces.reshape(len(rows), cables, 2, 3)
-    blocks = _changed_blocks(in_wind, displacement[rows], change_of_stiffness, change_of_end_forces)
-    stiffness_error[rows] = STUDY.second_order * stiffness_change(in_wind, blocks, change_of_stiffness)
-    stiffness_error, of_blocks = bounded_errors(stiffness_error), (rows, blocks)
-    return DragChange(errors.error.max(axis=-1), displacement, form_error, stiffness_error, links, of_blocks, errors)
-
-
-def _errors_between_held_ends(equilibrium, drag_of_cables, has_wind, stretched):
-    """Errors of n equilibria by drag that is taken as uniform along each of c cables, whose ends are held.
-
-    Parameters
-    ----------
-    equilibrium : Equilibrium
-        Of the n cases.
-    drag_of_cables : SteadyDrag
-        Of each cable, shape (n, c), see `drag_on_cables`.
-    has_wind : ndarray of bool, shape (n, c)
-        Cables on which the wind acts.
-    stretched : bool
-        See `Drag.stretched`.
-
-    Returns
-    -------
-    DragErrors
-        Fields of shape (n, c, ...); zero in cases without wind on any cable.
-    """
-    in_wind = np.nonzero(has_wind)
-    errors_in_wind = uneven_drag_errors(drag_of_cables.take(in_wind), equilibrium.catenary.take(in_wind), stretched)
-    of_one = {field.name: getattr(errors_in_wind, field.name).shape[1:] for field in fields(DragErrors)}
-    errors = DragErrors(**{name: np.zeros(has_wind.shape + shape) for name, shape in of_one.items()})
-    assign_rows(errors, in_wind, errors_in_wind)
-    without_wind = np.nonzero(has_wind.any(axis=1)[:, None] & ~has_wind)  # other cables of the same cases
-    if len(without_wind[0]):
-        assign_rows(errors, without_wind, DragErrors.none(equilibrium.catenary.take(without_wind)))
-    return errors
-
-
-def _changed_blocks(equilibrium, displacement, of_cables, end_forces):
-    """`Blocks` of the tangent stiffness of suspensions in the actual drag, to first order.
-
-    By the stiffness and forces of the cables and the attitudes of the bodies; links (springs) keep their stiffness.
-    `equilibrium` and `of_cables` are as of `stiffness_change`.
-
-    Parameters
-    ----------
-    displacement : ndarray, shape (n, b, 6)
-        Change of the positions [m] and attitudes [rad] of the b bodies and points by the actual drag.
-    end_forces : ndarray, shape (n, c, 2, 3)
-        Change of the forces of each cable on what holds its ends. [N]
-    """
-    suspension = equilibrium.suspension
-    forces, stiffness = np.array(equilibrium.end_forces), np.array(equilibrium.end_stiffness)
-    stiffness[:, suspension.of_cables] += of_cables
-    forces[:, suspension.of_cables] += end_forces
-    rotation = equilibrium.rotation + turn(displacement[..., 3:]) @ equilibrium.rotation
-    return tangent.stiffness_blocks(suspension, rotation, suspension.arms(rotation), forces, stiffness)
-
-
-def stiffness_change(equilibrium, blocks, of_cables):
-    """Largest relative change of the stiffness of suspensions if drag is not taken as uniform along each cable.
-
-    With the tangent stiffness K in uniform drag, and its change dK by the actual drag, it is the largest
-
-        |u^T dK u| / u^T K u    of all static displacements u
-
-    With more than `STUDY.dense_stiffness` free degrees of freedom, or none, the result is the largest change of the
-    stiffness of a single cable, which is no smaller where no body turns.
-
-    Parameters
-    ----------
-    equilibrium : Equilibrium
-        Of n cases, in uniform drag.
-    blocks : Blocks
-        Of K + dK, see `_changed_blocks`.
-    of_cables : ndarray, shape (n, c, 3, 3)
-        Change of the stiffness of end 2 of each cable by the actual drag, global axes. [N/m]
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        [-]
-    """
-    suspension = equilibrium.suspension
-    if not 0 < suspension.free.sum() <= STUDY.dense_stiffness:
-        return largest_ratio(of_cables, equilibrium.end_stiffness[:, suspension.of_cables]).max(axis=-1)
-    before = equilibrium.stiffness
-    return largest_ratio(tangent.dense(blocks, suspension) - before, before)
-
-
-def _movement_of_bodies(equilibrium, forces):
-    """Compute how far changed forces of the cables move the bodies, and all ends of cables and links.
-
-    The bodies move by u = K^-1 f, with the tangent stiffness K and the changes f of the forces on them.
-
-    Parameters
-    ----------
-    equilibrium : Equilibrium
-        Of n cases.
-    forces : ndarray, shape (n, c, 2, 3)
-        Changes of the forces of the cables on what holds their ends. [N]
-
-    Returns
-    -------
-    movement : ndarray, shape (n, b, 6)
-        Displacements [m] and rotations [rad]; zero where nothing holds a body, so that there is no answer.
-    ends : ndarray, shape (n, c + l, 2, 3)
-        Displacements of the ends of cables and links. [m]
-    """
-    suspension, arms = equilibrium.suspension, equilibrium.arms
-    movement = np.zeros((*equilibrium.position.shape[:2], 6))
-    if not suspension.free.any():
-        return movement, np.zeros(arms.shape)
-    wrenches, cables = tangent.wrenches(arms[:, suspension.of_cables], forces), np.arange(forces.shape[1])
-    on_bodies = tangent.by_body(suspension, cables, wrenches).sum(axis=1)
-    moved = tangent.displacements(equilibrium.blocks, suspension, on_bodies[..., None])[..., 0]
-    movement[:, suspension.free] = np.where(np.isfinite(moved), moved, 0.0)
-    owner = suspension.owner  # body that holds each end, shape (c + l, 2)
-    end_movements = movement[:, owner, :3] + np.cross(movement[:, owner, 3:], arms)
-    return movement, np.where((owner == tangent.GROUND)[..., None], 0.0, end_movements)
 
 
 @dataclass(frozen=True)

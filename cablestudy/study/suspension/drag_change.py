@@ -1,0 +1,317 @@
+"""Change of suspensions in a steady wind by drag that varies along each cable, in place of uniform drag.
+
+It is the error of all that takes the drag as uniform: `DragChange`. The actual drag changes the forces of each cable on
+its ends (`CablesInDrag`), and these move the bodies, until all is in equilibrium again: a light body may move far by a
+small change of the forces, or turn, and a cable that swings takes another drag.
+"""
+
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+
+from cablestudy.cable.records import assign_rows, copy_record, take_rows
+from cablestudy.cable.steady_drag import SteadyDrag
+from cablestudy.cable.vectors import size
+from cablestudy.statics import tangent
+from cablestudy.statics.links import joined
+from cablestudy.statics.rigid import turn
+from cablestudy.study.tolerances import STUDY
+from cablestudy.study.uneven_drag import (
+    CablesInDrag,
+    DragErrors,
+    bounded_errors,
+    largest_ratio,
+    movement_errors,
+    settled_changes,
+    stiffness_of,
+    uneven_drag_errors,
+)
+from cablestudy.wind.mean import body_loads, next_argument
+
+
+def drag_on_cables(drag, equilibrium):
+    """Drag of a steady wind on each of the c cables of n suspensions: `SteadyDrag` of shape (n, c).
+
+    The drag per length of a cable across the wind is rho/2 v^2 C_d D, with the density rho, the speed v and the drag
+    width C_d D. It is zero on cables without mass. Where the wind grows with the height, `mean` is the ratio of its
+    mean pressure along each cable to the stated one.
+
+    Parameters
+    ----------
+    drag : Drag
+        Wind and drag widths of the cables in the n cases.
+    equilibrium : Equilibrium
+        Equilibria of these cases in the wind, shape (n,).
+    """
+    mass = equilibrium.suspension.cable_mass
+    pressure, speed = drag.density / 2 * (drag.velocity**2).sum(axis=-1), size(drag.velocity)
+    direction = drag.velocity / np.maximum(speed, np.finfo(float).tiny)[:, None]
+    normal_drag = np.where(mass > 0, pressure[:, None] * drag.cables, 0.0)
+    drag_of_cables = SteadyDrag(normal_drag, np.broadcast_to(direction[:, None], (*mass.shape, 3)))
+    if drag.profile is None:
+        return drag_of_cables
+    # a wind that grows with the height: the mean of its pressure along each cable
+    profile, end_1 = drag.profile.over(mass.shape[1]), equilibrium.ends[:, equilibrium.suspension.of_cables, 0]
+    mean = profile.mean_pressure(equilibrium.catenary, end_1)
+    return replace(drag_of_cables, profile=profile, end_1=end_1, mean=mean)
+
+
+@dataclass(frozen=True)
+class DragChange:
+    """Estimated errors of an equilibrium by drag that is taken as uniform along each cable.
+
+    Attributes
+    ----------
+    error : ndarray, shape (n,)
+        Largest relative error of the tension or form of any cable. [-]
+    displacement : ndarray, shape (n, b, 6)
+        Changes of the positions of bodies and points along x, y, z [m], and of their attitudes about these axes [rad].
+    form_error : ndarray, shape (n,)
+        Largest `DragErrors.form_error` of any cable. [-]
+    stiffness_error : ndarray, shape (n,)
+        Largest relative change of the energy of a static displacement, by the tangent stiffness. [-]
+    links : ndarray, shape (n, l)
+        Changes of the forces of links. [N]
+    blocks : (ndarray of int, Blocks) or None
+        Cases with wind on a cable, and the blocks of their tangent stiffness in the actual drag; None without drag.
+    cables : DragErrors or None
+        Of each cable, fields of shape (n, c, ...), its ends moved with the bodies; None without drag.
+    """
+
+    error: np.ndarray
+    displacement: np.ndarray
+    form_error: np.ndarray
+    stiffness_error: np.ndarray
+    links: np.ndarray
+    blocks: tuple | None = None
+    cables: DragErrors | None = None
+
+    @property
+    def uncertainty(self):
+        """Errors of positions [m] and attitudes [rad], shape (n, b, 6)."""
+        return np.concatenate([movement_errors(part) for part in np.split(self.displacement, 2, axis=-1)], axis=-1)
+
+
+def drag_change(equilibrium, drag):
+    """Estimate the errors of n equilibria in which drag is taken as uniform along each cable: `DragChange`.
+
+    Parameters
+    ----------
+    equilibrium : Equilibrium
+        Of the n cases, in the wind.
+    drag : Drag or None
+        The wind, and drag areas of cables and bodies; without it all errors are 0.
+    """
+    cases, cables = equilibrium.lengths.shape
+    displacement = np.zeros((*equilibrium.position.shape[:2], 6))
+    links = np.zeros((cases, equilibrium.suspension.owner.shape[0] - cables))
+    form_error, stiffness_error = np.zeros((2, cases))
+    has_wind = np.zeros((cases, cables), dtype=bool)
+    if drag is not None:
+        drag_of_cables = drag_on_cables(drag, equilibrium)
+        has_wind = (drag_of_cables.normal_drag > 0) & equilibrium.record.converged[:, None]
+    if not has_wind.any():
+        return DragChange(np.zeros(cases), displacement, form_error, stiffness_error, links)
+    rows = np.flatnonzero(has_wind.any(axis=1))  # m cases with wind on a cable
+    of_rows = np.repeat(rows, cables), np.tile(np.arange(cables), len(rows))  # all m c cables of these, in one axis
+    in_wind, drag, catenary = equilibrium.take(rows), drag.take(rows), equilibrium.catenary.take(of_rows)
+    in_drag = CablesInDrag.of(drag_of_cables.take(of_rows), catenary, drag.stretched)
+    held = settled_changes(in_drag)
+    movement, moved, found = _search(in_wind, drag, in_drag, held)
+    state = _moved_state(in_wind, drag, in_drag, movement, moved)
+    unknown = np.where(found, 0.0, STUDY.unknown_error)[:, None]
+    of_cables = uneven_drag_errors(in_drag, catenary, held, state.ends[:, :cables].reshape(-1, 2, 3), moved)
+    of_cables = _unknown_where_ends_move(of_cables, in_wind.suspension, unknown)
+    errors = _zero_errors(of_cables, (cases, cables))
+    assign_rows(errors, of_rows, of_cables)
+    displacement[rows] = movement + unknown[..., None] * in_wind.suspension.free
+    links[rows] = state.of_links + unknown
+    form_error[rows] = of_cables.form_error(catenary).reshape(len(rows), cables).max(axis=-1)
+    change_of_stiffness = of_cables.stiffness_change(catenary).reshape(len(rows), cables, 3, 3)
+    stiffness_error[rows] = STUDY.second_order * stiffness_change(in_wind, state.blocks, change_of_stiffness)
+    stiffness_error, of_blocks = bounded_errors(stiffness_error), (rows, state.blocks)
+    return DragChange(errors.error.max(axis=-1), displacement, form_error, stiffness_error, links, of_blocks, errors)
+
+
+def _unknown_where_ends_move(errors, suspension, unknown):
+    """`DragErrors` of the c cables of n cases, unknown with the poses of the bodies that hold them.
+
+    `unknown`, shape (n, 1), is the error of cases without a pose, zero of the others.
+    """
+    owner = suspension.owner[suspension.of_cables]
+    moves = np.append(suspension.free.any(axis=-1), False)[owner].any(axis=-1)  # the last one is the ground, -1
+    of_cables = (unknown * moves).ravel()
+    ends = np.array(errors.ends)
+    ends[:, 1] += of_cables[:, None]
+    return replace(errors, error=bounded_errors(errors.error + of_cables), ends=ends)
+
+
+def _zero_errors(errors, shape):
+    """`DragErrors` of cables of a shape (n, c), all zero, with as many points as `errors` have."""
+    arrays = ((field.name, getattr(errors, field.name)) for field in fields(DragErrors))
+    return DragErrors(**{name: np.zeros(shape + array.shape[1:]) for name, array in arrays})
+
+
+@dataclass(frozen=True)
+class MovedState:
+    """n suspensions whose bodies have moved, and whose cables hang in the actual drag, out of balance perhaps."""
+
+    ends: np.ndarray  # (n, c + l, 2, 3): movement of the ends of cables and links [m]
+    net: np.ndarray  # (n, d): net force [N] and moment [N m] on the free degrees of freedom
+    # (n,): true where what is left out of balance is next to nothing of what the forces change, and cables are settled
+    balanced: np.ndarray
+    of_links: np.ndarray  # (n, l): change of the forces of links [N]
+    blocks: tangent.Blocks  # tangent stiffness, the drag as a dead load
+
+
+def _ends_moved(equilibrium, movement):
+    """Movements of all ends of cables and links by those of the bodies, (n, c + l, 2, 3), and attitudes after them."""
+    rotation = equilibrium.rotation + turn(movement[..., 3:]) @ equilibrium.rotation
+    ends = equilibrium.suspension.ends(equilibrium.position + movement[..., :3], rotation)
+    return ends - equilibrium.ends, rotation
+
+
+def _moved_state(equilibrium, drag, cables, movement, changes):
+    """`MovedState` of n cases.
+
+    Parameters
+    ----------
+    equilibrium : Equilibrium
+        Of the n cases in uniform drag.
+    drag : Drag
+    cables : CablesInDrag
+        The n c cables.
+    movement : ndarray, shape (n, b, 6)
+        Of the bodies and points from their equilibrium. [m], [rad]
+    changes : ChangesByDrag
+        Of the cables with these movements.
+    """
+    suspension, shape = equilibrium.suspension, (*equilibrium.lengths.shape, 3, 3)
+    ends, rotation = _ends_moved(equilibrium, movement)
+    links = equilibrium.links and equilibrium.links.moved(ends[:, shape[1] :])
+    of_cables = changes.end_tensions.reshape(*shape[:2], 2, 3) * np.array([1.0, -1.0])[:, None]
+    forces = equilibrium.end_forces + joined(of_cables, links and links.end_forces - equilibrium.links.end_forces)
+    stiffness = stiffness_of(changes.tensions, cables).reshape(shape)
+    loaded, arms = _with_wind_on_moved_bodies(equilibrium, drag, movement, rotation), suspension.arms(rotation)
+    net, _ = tangent.net_forces(loaded, rotation, arms, forces, np.zeros(shape[:2]))
+    blocks = tangent.stiffness_blocks(loaded, rotation, arms, forces, joined(stiffness, links and links.end_stiffness))
+    net = tangent.free_values(suspension, net)
+    left = np.abs(net / tangent.free_values(suspension, tangent.motion_units(suspension))).max(axis=-1, initial=0.0)
+    change, largest = (size(vectors).max(axis=(-2, -1)) for vectors in (forces - equilibrium.end_forces, forces))
+    balanced = left <= STUDY.settled_drag * np.maximum(change, STUDY.no_drag * largest)
+    balanced &= (changes.unsettled.reshape(shape[:2]) <= STUDY.known_drag).all(axis=-1)
+    of_links = links.force - equilibrium.links.force if links else np.zeros((len(net), 0))
+    return MovedState(ends, net, balanced, np.abs(of_links), blocks)
+
+
+def _with_wind_on_moved_bodies(equilibrium, drag, movement, rotation):
+    """`SuspendedSystem` of an `Equilibrium` whose bodies meet the wind where they have moved to, and turned."""
+    before = body_loads(drag, equilibrium.position, equilibrium.rotation)
+    now, suspension = body_loads(drag, equilibrium.position + movement[..., :3], rotation), equilibrium.suspension
+    force, eccentric = (after - earlier for after, earlier in zip(now, before, strict=True))
+    loads = {"force": suspension.force + force, "eccentric_loads": suspension.eccentric_loads + eccentric}
+    return replace(suspension, **loads)
+
+
+def _search(equilibrium, drag, cables, held):
+    """Find how far the actual drag moves the bodies of n cases, and the form of their cables.
+
+    Each movement follows from the net forces by the tangent stiffness, to which the drag is a dead load. Since the drag
+    follows the cables, after some steps the next movement is combined from several of those before (`next_argument`).
+
+    Parameters
+    ----------
+    equilibrium, drag, cables
+        As of `_moved_state`.
+    held : ChangesByDrag
+        Of the cables, their ends held.
+
+    Returns
+    -------
+    movement : ndarray, shape (n, b, 6)
+        Of bodies and points; zero where none was found. [m], [rad]
+    changes : ChangesByDrag
+        Of the n c cables with these movements.
+    found : ndarray of bool, shape (n,)
+    """
+    suspension, cases = equilibrium.suspension, np.arange(len(equilibrium.position))
+    movement, changes, tried = np.zeros((*equilibrium.position.shape[:2], 6)), held, []
+    if not suspension.free.any():
+        return movement, held, np.ones(len(cases), dtype=bool)
+    all_movements, all_changes, found = movement.copy(), copy_record(held), np.zeros(len(cases), dtype=bool)
+    units, count = tangent.motion_units(suspension), equilibrium.lengths.shape[1]
+    for step in range(STUDY.drag_movements):
+        state = _moved_state(equilibrium, drag, cables, movement, changes)
+        further, longest = units * _movement(equilibrium.suspension, state), equilibrium.longest
+        of_step, of_all = (np.abs(moved).max(axis=(-2, -1)) for moved in (further, units * movement))
+        ended = state.balanced & (of_step <= STUDY.settled_drag * np.maximum(of_all, STUDY.no_drag * longest))
+        here, left = np.flatnonzero(ended), np.flatnonzero(~ended & np.isfinite(of_step))
+        found[cases[here]], all_movements[cases[here]] = True, movement[here]
+        assign_rows(all_changes, _of_cables(cases[here], count), take_rows(changes, _of_cables(here, count)))
+        if not len(left):
+            break
+        if len(left) < len(cases):
+            of_left = _of_cables(left, count)
+            cables, changes = take_rows(cables, of_left), take_rows(changes, of_left)
+            cases, units, movement, further, longest = (x[left] for x in (cases, units, movement, further, longest))
+            tried = [[array[left] for array in both] for both in tried]
+            equilibrium, drag = equilibrium.take(left), drag.take(left)
+        now, most = units * movement, STUDY.drag_movement * longest
+        tried = [*tried, [now, now + _limited(further, most)]][-STUDY.combined_movements :]
+        following = tried[-1][1]
+        if step >= STUDY.plain_movements:
+            flat = np.array(tried).reshape(len(tried), 2, len(cases), -1)
+            following = next_argument(flat[:, 0], flat[:, 1]).reshape(now.shape)
+        movement = (now + _limited(following - now, most)) / units
+        ends, _ = _ends_moved(equilibrium, movement)
+        changes = settled_changes(cables, ends[:, :count].reshape(-1, 2, 3), changes)
+    return all_movements, all_changes, found
+
+
+def _of_cables(cases, count):
+    """Indices of the cables of some cases, `count` of each, among those of all."""
+    return (cases[:, None] * count + np.arange(count)).ravel()
+
+
+def _limited(steps, most):
+    """Steps of n cases, shape (n, b, 6), shortened to the largest component `most`, shape (n,)."""
+    largest = np.abs(steps).max(axis=(-2, -1))
+    return steps * (most / np.maximum(largest, most))[:, None, None]
+
+
+def _movement(suspension, state):
+    """Movements of bodies by the net forces of a `MovedState`, (n, b, 6); zero where they are held. [m], [rad]"""
+    movement = np.zeros((len(state.net), *suspension.free.shape))
+    movement[:, suspension.free] = tangent.displacements(state.blocks, suspension, state.net[..., None])[..., 0]
+    return movement
+
+
+def stiffness_change(equilibrium, blocks, of_cables):
+    """Largest relative change of the stiffness of suspensions if drag is not taken as uniform along each cable.
+
+    With the tangent stiffness K in uniform drag, and its change dK by the actual drag, it is the largest
+
+        |u^T dK u| / u^T K u    of all static displacements u
+
+    With more than `STUDY.dense_stiffness` free degrees of freedom, or none, the result is the largest change of the
+    stiffness of a single cable, which is no smaller where no body turns.
+
+    Parameters
+    ----------
+    equilibrium : Equilibrium
+        Of n cases, in uniform drag.
+    blocks : Blocks
+        Of K + dK, of a `MovedState`.
+    of_cables : ndarray, shape (n, c, 3, 3)
+        Change of the stiffness of end 2 of each cable by the actual drag, global axes. [N/m]
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        [-]
+    """
+    suspension = equilibrium.suspension
+    if not 0 < suspension.free.sum() <= STUDY.dense_stiffness:
+        return largest_ratio(of_cables, equilibrium.end_stiffness[:, suspension.of_cables]).max(axis=-1)
+    before = equilibrium.stiffness
+    return largest_ratio(tangent.dense(blocks, suspension) - before, before)
