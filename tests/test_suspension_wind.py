@@ -614,6 +614,26 @@ def test_a_resonance_of_a_mass_that_is_hardly_damped_is_not_missed():
         assert variance(case, output) == pytest.approx(expected[0], rel=1e-4), output
 
 
+def test_a_resonance_thousands_of_times_above_the_lowest_mode_is_in_the_rms():
+    """The body swings at 5 Hz along x and at 0.0016 Hz across: most of the variance along x is in that resonance."""
+    mass, time, strain, speed, area, length = 20.0, 1e-6, 1e-7, 3.0, 0.01, 1000.0
+    text = one_axis(
+        free=("x", "y"), mass=mass, time=time, strain=strain,
+        wind=WIND | {"speed": speed, "length_scale": length, "admittance": "none"},
+        bodies__gondola__wind={"area": area, "drag_coefficient": 1.2},
+    )  # fmt: skip
+    drag, spring = RHO * 1.2 * area * speed, 2 * EA / (10 * (1 - strain))
+    natural = np.sqrt(spring / mass) / TURN
+    near = natural * (1 + np.sinh(np.linspace(-13, 13, 40_001)) * 1e-6)
+    frequency = np.unique(np.concatenate([near, np.geomspace(1e-9, 1e4, 40_000)]))
+    s = 2j * np.pi * frequency
+    response = drag / (mass * s**2 + spring * (1 + time * s) + drag * s)
+    sigma = WIND["turbulence_intensity"][0] * speed
+    variance_ = np.trapezoid(np.abs(response) ** 2 * von_karman(frequency, speed, sigma, length), frequency)
+    assert variance_ > 3 * (drag / spring * sigma) ** 2
+    assert solve(text, "gondola.rms_x").values["gondola.rms_x"] == pytest.approx(1e3 * np.sqrt(variance_), rel=1e-5)
+
+
 # ------------------------------------------------------------------------------------------------------------ spectra
 
 

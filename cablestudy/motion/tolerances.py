@@ -91,7 +91,9 @@ class MotionTolerances:
     least_wave_damping: float = 1e-6  # damping ratio of a wave: at least,
     most_wave_damping: float = 0.9  # and at most
     lowest_frequency: float = 2e-5  # over the slowest of wind, loop and lowest mode,
-    highest_frequency: float = 1e3  # and over the fastest,
+    highest_frequency: float = 1e3  # and over the fastest of wind and lowest mode,
+    moved_bodies: float = 0.1  # share of bodies in the energy of a mode in which they resonate:
+    beyond_bodies: float = 10.0  # over the highest of these, of whose resonance 1e-8 lacks then,
     # and over the highest corner of loop and actuators: of an acceleration of a winch 1e-4 lacks
     beyond_corners: float = 30.0
     # largest relative error of a variance by a pole that lacks the right delay, over the loop gain there

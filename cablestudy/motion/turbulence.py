@@ -123,12 +123,13 @@ class Turbulence:
     @cached_property
     def range(self):
         """Lowest and highest frequency of the integrals. [Hz]"""
-        wind, lowest = self.plant.scene.wind, self.plant.modes.frequency[0]
+        wind, modes = self.plant.scene.wind, self.plant.modes
+        lowest, stiff = modes.frequency[0], modes.frequency[modes.body_share > MOTION.moved_bodies].max(initial=0.0)
         corner = wind.speed / wind.length_scale
         slow = [corner, lowest] + ([] if self.loop is None else [self.loop.gain / (2 * np.pi)])
         corners = [[actuator.omega, actuator.corner] for actuator in self.plant.actuators]
         corners = np.concatenate([*corners, [] if self.loop is None else self.loop.corners])
-        highest = MOTION.highest_frequency * max(corner, lowest)
+        highest = max(MOTION.highest_frequency * max(corner, lowest), MOTION.beyond_bodies * stiff)
         highest = max(highest, MOTION.beyond_corners * corners.max(initial=0.0) / (2 * np.pi))
         return MOTION.lowest_frequency * min(slow), highest
 
