@@ -634,6 +634,42 @@ def test_a_resonance_thousands_of_times_above_the_lowest_mode_is_in_the_rms():
     assert solve(text, "gondola.rms_x").values["gondola.rms_x"] == pytest.approx(1e3 * np.sqrt(variance_), rel=1e-5)
 
 
+def test_the_stated_error_of_the_peak_of_a_force_counts_its_rate_by_the_highest_frequencies():
+    """The force follows the velocity of the body, so that its rate falls with frequency as the wind does."""
+    mass, time, area, speed, own = (
+        20.0,
+        1e-3,
+        0.5,
+        6.0,
+        ACTUATORS["mass_z"] | {"at": [0.0, 0.0, 0.0], "axis": [1, 0, 0]},
+    )
+    text = one_axis(
+        mass=mass, time=time, actuators={"damper": own}, wind=WIND | {"admittance": "none", "duration": 600.0},
+        model={"accuracy": 1e-6},
+        bodies__gondola__wind={"area": area, "drag_coefficient": 1.2},
+    )  # fmt: skip
+    drag, spring, small, omega = RHO * 1.2 * area * speed, 2 * EA / 9.9, own["mass"], TURN * own["frequency"]
+    frequency = np.geomspace(1e-9, 1e12, 400_000)
+    s = 2j * np.pi * frequency
+    mount = small * (s**2 + 2 * own["damping_ratio"] * omega * s + omega**2)
+    body = mass * s**2 + spring * (1 + time * s) + drag * s
+    force = (
+        own["velocity_gain"]
+        * s
+        * drag
+        * mount
+        / (body * mount - small * s**2 * (small * s**2 - own["velocity_gain"] * s))
+    )
+    spectrum = np.abs(force) ** 2 * von_karman(frequency, speed, WIND["turbulence_intensity"][0] * speed, 25.0)
+    rms, rate = (np.sqrt(np.trapezoid(spectrum * np.abs(s) ** power, frequency)) for power in (0, 2))
+    crossings = np.sqrt(2 * np.log(600.0 * rate / (TURN * rms)))
+    expected = (crossings + np.euler_gamma / crossings) * rms
+    found = solve(text, "damper.peak_force", "damper.rms_force")
+    assert found.values["damper.rms_force"] == pytest.approx(rms, rel=1e-6)
+    stated = found.errors["damper.peak_force"]
+    assert abs(found.values["damper.peak_force"] / expected - 1) < stated < 1e-3
+
+
 # ------------------------------------------------------------------------------------------------------------ spectra
 
 

@@ -262,7 +262,18 @@ class GustResponse:
         rows = {name: row for row, name in enumerate(self.names)}
         if weights is not OWN:  # a telescope sees no tension
             return Variances(rows, values, errors)
+        errors["rate"] = errors["rate"] + self._rates_beyond
         return Variances(rows, values, errors, lambda: self._tension_errors_by_waves(value, by_modes))
+
+    @property
+    def _rates_beyond(self):
+        """Variances of rates above the highest frequency of the integrals at most, shape (o,).
+
+        There the spectrum of a rate falls with f^(-5/3) at least, as that of the wind. It does so if the rate follows
+        the acceleration of a body, as that of a force by the body's velocity does.
+        """
+        highest = self.turbulence.range[1]
+        return 1.5 * highest * (2 * np.pi * highest) ** 2 * self.spectra(np.array([highest]))[:, 0]
 
     @property
     def _tension_safety(self):
