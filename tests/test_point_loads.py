@@ -3,7 +3,8 @@
 import math
 
 import pytest
-from command import CONFIGS, refused_in_one_line, run, table_of
+from command import CARLINA, CONFIGS, refused_in_one_line, run, table_of
+from mpmath import mp
 from references import catenary_mp
 from scenes import G
 
@@ -224,3 +225,27 @@ def test_a_load_on_a_vertical_cable_stretches_what_is_above_it():
         sag = place * 50 / length - height
         agrees(row, {"x_m": 0.0, "z_m": height, "slope_1_deg": 90.0, "slope_2_deg": 90.0, "sag_m": sag,
                      "max_tension_N": lowest + weight * length + load_weight})  # fmt: skip
+
+
+@pytest.mark.parametrize(("run_of_ends", "force"), [(1e-6, 100.0), (0.5, 100.0), (0.5, -100.0), (2.0, 100.0)])
+def test_a_sag_of_a_cable_that_is_pushed_beyond_its_ends_is_doubted(run_of_ends, force):
+    """A steep cable with a horizontal load at its middle, the place of which is that of the 50-digit catenary."""
+    area, length = 2.69e-6, 100.05
+    loads = f"cable.loads=[{{fraction: 0.5, force: [{force}, 0, 0]}}]"
+    done = run("static", CARLINA, "--set", f"cable.ends=[[0, 0, 0], [{run_of_ends}, 0, 100]]", "--set", loads,
+               "--set", f"cable.unstretched_length={length} m", "--set", "model={accuracy: 1e-4}")  # fmt: skip
+    with mp.workdps(50):
+        cable = mp.mpf(length), mp.mpf("70.3e9") * mp.mpf(area), 1440 * mp.mpf(area) * mp.mpf("9.81")
+        at = [(cable[0] / 2, [force, 0, 0])]
+        force0 = catenary_mp.solve_loaded((run_of_ends, 0, 100), *cable, at)
+        place = float(catenary_mp.shape_loaded(force0, cable[0] / 2, *cable, at)[0])
+    reach = max(place - run_of_ends, -place)
+    told = [line for line in done.lines if "beyond its ends" in line]
+    assert told == [
+        f"warning: the cable reaches {reach:.4g} m beyond its ends, so that sag, below its chord, says little"
+    ]
+
+
+def test_the_sag_of_a_load_between_the_ends_is_not_doubted():
+    loads = "cable.loads=[{fraction: 0.5, force: [100, 0, 0]}]"
+    assert "beyond" not in run("static", CARLINA, "--set", loads, "--set", "model={accuracy: 1e-4}").err

@@ -37,6 +37,21 @@ def lowest_point(cable):
     return points_along(cable, _extreme_candidates(cable, np.array([0.0, 0.0, 1.0])))[..., 2].min(axis=-1)
 
 
+def reach_beyond_ends(cable):
+    """Horizontal distance by which one cable reaches beyond its ends, along its run; 0 for a vertical chord. [m]
+
+    Loads or a wind that push a steep cable aside may take all of it there. No point of it is then halfway between its
+    ends but near one of them, and distances from its chord are those from the chord's line.
+    """
+    run = cable.span.frame[0, :2] * float(cable.span.chord)
+    length = float(np.hypot(*run))
+    if length <= CABLE.distance_rounding * float(cable.span.chord):
+        return 0.0
+    normal = np.array([*run / length, 0.0])
+    along = points_along(cable, _extreme_candidates(cable, normal)) @ normal
+    return max(0.0, float(along.max()) - length, -float(along.min()))
+
+
 def _extreme_candidates(cable, normal):
     """Arc lengths at which a cable may be farthest along a normal: edges of segments, and zeros of T . normal on them.
 

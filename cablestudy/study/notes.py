@@ -3,6 +3,7 @@
 import numpy as np
 
 from cablestudy.cable.damping import grows_with_modes
+from cablestudy.cable.geometry import reach_beyond_ends
 from cablestudy.cable.initial_length import BELOW_LEAST
 from cablestudy.scene.layers import value_at
 from cablestudy.scene.likely_mistakes import bare_number
@@ -94,12 +95,28 @@ def averaged_wind(load_case, error, remedy=""):
 
 
 def of_closed_form(case, over_strength):
-    """Warnings on a case in closed form: a stress above the strength, a wind whose growth matters. Tuple of str."""
+    """Warnings on a case in closed form: tuple of str.
+
+    They are on a stress above the strength, a sag that says little, and a wind whose growth with height matters.
+    """
     warnings = strength_warning(case) if over_strength else ()
+    if case.index not in case.results.failures:
+        warnings += _beyond_ends(case)
     if not case.scene.load_case.grows_with_height or case.index in case.results.failures:
         return warnings
     error = float(case.results.drag_error[case.index])
     return warnings + averaged_wind(case.scene.load_case, error, "; the elements of model: {elements: 100} follow it")
+
+
+def _beyond_ends(case):
+    """At most one warning: loads or wind push a cable beyond its ends, so that its sag says little. Tuple of str."""
+    span = case.span
+    if not len(span.load_positions) and span.vertical[2] == 1:  # its own weight keeps a cable between its ends
+        return ()
+    reach = reach_beyond_ends(case.catenary)
+    if reach <= STUDY.rounding * float(span.chord):
+        return ()
+    return (f"warning: the cable reaches {reach:.4g} m beyond its ends, so that sag, below its chord, says little",)
 
 
 def judged_by(scene):
