@@ -201,8 +201,8 @@ def tensions_at_point_loads(cable, shares):
         On the side of end 1 and on that of end 2 of each load, global axes. [N]
     """
     edges = np.asarray(cable.edges)[1:-1]  # between segments, a point load at each
-    segment_before = np.searchsorted(edges, shares - CABLE.same_place)  # the segment that ends at the load
-    segment_after = np.searchsorted(edges, shares + CABLE.same_place)  # the segment that begins there
+    segment_before = np.searchsorted(edges, shares - CABLE.coincident_loads)  # the segment that ends at the load
+    segment_after = np.searchsorted(edges, shares + CABLE.coincident_loads)  # the segment that begins there
     begin_forces, end_forces = cable.mid_forces - cable.half_changes, cable.mid_forces + cable.half_changes
     both_sides = np.stack([end_forces[segment_before], begin_forces[segment_after]], axis=-2)
     return cable.span.in_frame(both_sides, "global")

@@ -264,7 +264,7 @@ class Span:
             load_masses=None if self.load_masses is None else ascending(self.load_masses),
         )
 
-    def with_some_loads(self, chosen):
+    def take_loads(self, chosen):
         """Copy of the cable with those of its point loads that are `chosen`, a mask of shape (k,) or a slice."""
         loads = {"load_positions": self.load_positions[..., chosen], "load_forces": self.load_forces[..., chosen, :]}
         for name in ("load_masses", "load_fractions"):
@@ -273,7 +273,7 @@ class Span:
 
     def without_loads(self):
         """Copy of the cable without its point loads."""
-        return self.with_some_loads(slice(0))
+        return self.take_loads(slice(0))
 
 
 def normal_to(vertical):

@@ -37,7 +37,7 @@ class CableTolerances:
     uneven_load_change: float = 1e-13  # change of such a load, over the largest tension, below which it agrees
     distance_rounding: float = 1e-13  # relative to the chord: shorter distances are rounding
     level_chord: float = 1e-12  # component of the direction of a chord: what is less is zero but for rounding
-    same_place: float = 1e-9  # share of the length within which point loads coincide
+    coincident_loads: float = 1e-9  # share of the length within which point loads coincide
     # search for the chord strain with which a cable has a tension or a sag
     length_steps: int = 120  # within a bracket
     near_guess_steps: int = 100  # first steps of a search on either side of the guess: beyond, all strains are searched

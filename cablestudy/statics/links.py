@@ -76,7 +76,7 @@ class Links:
     @property
     def across(self):
         """F/d, shape (..., l). [N/m]"""
-        distance = np.maximum(self.distance, np.maximum(STATICS.nearest_link_places * self.length, STATICS.tiny))
+        distance = np.maximum(self.distance, np.maximum(STATICS.nearest_link_ends * self.length, STATICS.tiny))
         return self.stiffness * np.where(self.length > 0, self.extension / distance, 1.0)
 
     @property

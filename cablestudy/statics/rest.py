@@ -256,7 +256,7 @@ def _with_links(equilibrium, vector, extension):
     """
     suspension, distance = equilibrium.suspension, size(vector)
     unstated, first_link = np.isnan(suspension.link_length), len(suspension.cable_names)
-    coincident = distance <= STATICS.link_places * distance.max(axis=-1, keepdims=True)
+    coincident = distance <= STATICS.coincident_link_ends * distance.max(axis=-1, keepdims=True)
     link_distance = np.where(coincident, 0.0, distance)[..., first_link:]
     suspension = replace(suspension, link_length=np.where(unstated, link_distance, suspension.link_length))
     links = Links.of(suspension, vector[..., first_link:, :], np.where(unstated, 0.0, extension))

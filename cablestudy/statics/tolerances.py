@@ -46,9 +46,9 @@ class StaticsTolerances:
     length_change: float = 0.3  # change of an unstretched length in one step, over the length
     # steps off a saddle: rotation [rad], or share of the extent of the suspension
     off_saddle: tuple = (0.1, -0.1, 0.3, -0.3)
-    link_places: float = 1e-9  # distance of the places of a link, over the longest distance of two ends, that is none
+    coincident_link_ends: float = 1e-9  # distance of the ends of a link, over the longest of any two ends, that is none
     added_stiffness: float = 1e-14  # added to the diagonal of the scaled stiffness
-    nearest_link_places: float = 1e-9  # of the length: places closer than this are taken as this far apart in F/d
+    nearest_link_ends: float = 1e-9  # of the length: ends closer than this are taken as this far apart in F/d
     tiny: float = 1e-300  # in place of zero in a denominator
     # degrees of freedom up to which dense matrices of all cases are faster than sparse ones of each
     dense_freedoms: int = 100

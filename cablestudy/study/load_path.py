@@ -57,7 +57,7 @@ def load_path(document, scene, option):
             failures.setdefault(status, []).append(f"{fraction:.4g}")
         rows.append(row | {"status": status})
     texts = [
-        f"{name} at {first_of(positions, STUDY.listed_places)} of the length: {status}"
+        f"{name} at {first_of(positions, STUDY.listed_positions)} of the length: {status}"
         for status, positions in failures.items()
     ]
     return LoadPath(name, cables, _table(rows), texts)
@@ -69,11 +69,11 @@ def _load_and_count(option, names):
     if name not in names:
         raise SceneError(f"--locus {option}: no such load ({suggestion(name, list(names))})")
     position_count = int(count) if re.fullmatch(r"[0-9]{1,4}", count) else 0
-    if colon and not 0 < position_count <= STUDY.most_load_places:
+    if colon and not 0 < position_count <= STUDY.most_path_positions:
         raise SceneError(
-            f"--locus {option}: how many places: expected a whole number from 1 to {STUDY.most_load_places}"
+            f"--locus {option}: how many places: expected a whole number from 1 to {STUDY.most_path_positions}"
         )
-    return name, position_count or STUDY.load_places
+    return name, position_count or STUDY.path_positions
 
 
 def _row(cable, number):

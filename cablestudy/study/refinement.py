@@ -37,14 +37,14 @@ def levels(least_sum):
 def levels_for(case, waves):
     """The `levels` of a case to its accuracy, from those on that resolve some half-waves along its cable."""
     orders = CABLE.orders_per_half_wave * waves * float(case.results.longest_segment[case.index])
-    digits = STUDY.orders_per_digit * -log10(case.scene.model.accuracy) + STUDY.orders_beside_digits
+    digits = STUDY.orders_per_digit * -log10(case.scene.model.accuracy) + STUDY.orders_without_digits
     elements = max(1, ceil(orders / max(STUDY.highest_order - 4 - digits, 1)))  # each element needs its digits
     return levels(orders + elements * digits)
 
 
 def least_order_sum(waves):
     """Least sum of orders along a piece that resolves a number of half-waves along it."""
-    return CABLE.orders_per_half_wave * waves + STUDY.orders_beside_waves
+    return CABLE.orders_per_half_wave * waves + STUDY.orders_without_waves
 
 
 def needs_of(case, required):
@@ -187,7 +187,7 @@ class Refinement:
             return *computed, unresolved
         self._values_of_level, self._least_orders = {}, min(least_order_sum(waves), STUDY.finest_orders)
         if settled and least_order_sum(waves) > STUDY.finest_orders:
-            most = (STUDY.finest_orders - STUDY.orders_beside_waves) / CABLE.orders_per_half_wave
+            most = (STUDY.finest_orders - STUDY.orders_without_waves) / CABLE.orders_per_half_wave
             self._give_up(f"more waves along a piece of the cable than the {most:.0f} that the finest model resolves")
         return None
 

@@ -84,7 +84,7 @@ def _suspension():
     from cablestudy.study.freeze import freeze_suspension
     from cablestudy.study.suspension import columns
     from cablestudy.study.suspension.case import SuspensionCase
-    from cablestudy.study.suspension.notes import moved_note
+    from cablestudy.study.suspension.notes import note_on_moved_bodies
     from cablestudy.study.suspension.rows import evaluate_suspensions
 
     return SceneKind(
@@ -93,8 +93,8 @@ def _suspension():
         why_not=columns.why_not,
         of_each_cable=columns.of_each_cable,
         usual_columns=("min_tension", "max_tension", "max_utilisation"),
-        notes_on_stated=lambda scene: moved_note(SuspensionCase(scene)),
-        notes_on_found=moved_note,
+        notes_on_stated=lambda scene: note_on_moved_bodies(SuspensionCase(scene)),
+        notes_on_found=note_on_moved_bodies,
         freeze=freeze_suspension,
         case=SuspensionCase,
         as_suspension=lambda scene: scene,

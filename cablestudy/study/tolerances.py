@@ -94,9 +94,9 @@ class StudyTolerances:
     most_dense_unknowns: int = 2000  # and where a large share of the modes is needed, a dense eigenvalue problem:
     many_waves: float = 100  # for more half-waves; the size is then checked before the first model already
     order_growth: float = 1.3  # of the sum of orders to the next three levels: the error falls by a power of ten
-    orders_beside_waves: float = 3  # beside those for each half-wave, from which the error falls exponentially
+    orders_without_waves: float = 3  # besides those for each half-wave, from which the error falls exponentially
     orders_per_digit: float = 1.0  # of the first level, for each further digit,
-    orders_beside_digits: float = 0.75  # and besides
+    orders_without_digits: float = 0.75  # and without any
     levels_without_value: int = 6  # in a row, after which a column is refused
     levels_without_gain: int = 2  # in a row whose error does not fall, after which the search ends where
     rounding_limit: float = 1e-5  # errors are below this, so that rounding is what remains
@@ -154,9 +154,9 @@ class StudyTolerances:
     jump: float = 1e-6  # of the change over a bracket: what is left at a zero of a continuous function is less
     bends: float = 4.0  # times its last change a costly function may change where its values end
     bracket_rounds: int = 6  # of refinement: each ends where a value was missing within a bracket
-    load_places: int = 39  # by default every fortieth of the length; on a support a load has no path
-    most_load_places: int = 1000  # at most
-    listed_places: int = 4  # places that are named
+    path_positions: int = 39  # by default every fortieth of the length; on a support a load has no path
+    most_path_positions: int = 1000  # at most
+    listed_positions: int = 4  # places that are named
 
     # --------------------------------------------------------------------------- notes, tables and reports
 

@@ -78,7 +78,7 @@ class Chunks:
         wanted = SWEEPS.chunk_time * len(done.records) / max(done.processor, 1e-9)
         self.size = int(max(1, min(wanted, SWEEPS.chunk_growth * self.size, SWEEPS.chunk_cases)))
 
-    def put_back(self, chunk):
+    def requeue(self, chunk):
         """Take back a chunk that was not computed."""
         self.left += len(chunk.cases)
         self._work.insert(0, (iter(chunk.cases), chunk.columns))

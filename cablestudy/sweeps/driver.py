@@ -96,7 +96,7 @@ def submit_all(chunks, executor, workers=lambda: 1):
                 yield done
     finally:
         for chunk in chunk_of_future.values():
-            chunks.put_back(chunk)
+            chunks.requeue(chunk)
 
 
 def _submit(chunk, executor, chunks):
@@ -104,7 +104,7 @@ def _submit(chunk, executor, chunks):
     try:
         return executor.submit(compute, chunk)
     except BrokenProcessPool:
-        chunks.put_back(chunk)
+        chunks.requeue(chunk)
         raise
 
 

@@ -145,7 +145,7 @@ class SuspensionAtRest:
         fractions = catenary.span.load_positions / catenary.span.unstretched_length
         for position, fraction, _, _ in merged_loads(scene.loads):
             loaded[np.argmin(np.abs(fractions - (fraction if np.isnan(position) else position / length)))] = True
-        catenary = replace(catenary, span=catenary.span.with_some_loads(loaded))
+        catenary = replace(catenary, span=catenary.span.take_loads(loaded))
         end_1, errors = self.equilibrium.ends[cable, 0], self.group.cables.drag_errors
         drag, steady_wind = self.group.steady_drag(self.index), None
         if errors is not None:

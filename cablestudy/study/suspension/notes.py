@@ -65,7 +65,7 @@ def strength_warning(case):
 def warnings_of(case):
     """Warnings and notes on a case beside its results, a tuple of str.
 
-    `strength_warning`, `averaged_wind`, `notes_on_lost_cables`, `moved_note`, `reference_without_loads`, and
+    `strength_warning`, `averaged_wind`, `notes_on_lost_cables`, `note_on_moved_bodies`, `reference_without_loads`, and
     `notes.long_cables` for cables much longer than their spans.
     """
     reference, index = case.group.reference, case.index
@@ -73,7 +73,7 @@ def warnings_of(case):
     names, stated = reference.suspension.cable_names, reference.suspension.stated
     notes_on_length = long_cables(names, np.asarray(reference.lengths)[index].tolist(), chord.tolist(), stated)
     averaged = averaged_wind(case.scene.load_case, case.group.errors.drag[case.index])
-    notes_on_state = *notes_on_lost_cables(case), *moved_note(case), *reference_without_loads(case.scene)
+    notes_on_state = *notes_on_lost_cables(case), *note_on_moved_bodies(case), *reference_without_loads(case.scene)
     return (*strength_warning(case), *averaged, *notes_on_state, *notes_on_length)
 
 
@@ -93,7 +93,7 @@ def reference_without_loads(scene):
     )
 
 
-def moved_note(case):
+def note_on_moved_bodies(case):
     """Note on bodies and free points that stated tensions or sags move from their place in the file, at most one.
 
     Where a cable states a tension or sag, its unstretched length follows with all forces of the scene acting. A force
@@ -130,7 +130,7 @@ def moved_note(case):
 
 
 def _distances_from_places(case, tables):
-    """Distances of bodies and free points from their places in the scene, of those that `moved_note` reports.
+    """Distances of bodies and free points from their places in the scene, of those that `note_on_moved_bodies` reports.
 
     Parameters
     ----------
