@@ -103,9 +103,9 @@ def slack_probability(case):
 def peak_utilisation(case):
     """Largest tension of the cable expected within `wind.duration` over the breaking force, and its relative error."""
     tensions, changes, error = _tensions_at_peak(case)
-    place = int(np.argmax(tensions + changes))
-    largest = float(tensions[place] + changes[place])
-    return largest / float(case.given(STRONG)), max(error * float(changes[place]) / largest, STUDY.rounding)
+    index = int(np.argmax(tensions + changes))
+    largest = float(tensions[index] + changes[index])
+    return largest / float(case.given(STRONG)), max(error * float(changes[index]) / largest, STUDY.rounding)
 
 
 def _tensions_at_peak(case):

@@ -1,4 +1,4 @@
-"""Places of all that the pictures of a case show, cables, points, bodies, loads, ground; and views of these places."""
+"""Positions of all that pictures of a case show: cables, points, bodies, loads, ground; and views of these."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -28,11 +28,11 @@ class View:
     title: str
     axes: np.ndarray  # shape (3, 2): directions to the right and upwards on the paper, unit vectors
     labels: tuple  # of the axes on the paper
-    origin: np.ndarray  # shape (3,): place at the origin of the paper [m]
+    origin: np.ndarray  # shape (3,): position at the origin of the paper [m]
 
-    def __call__(self, places):
-        """Coordinates on the paper for places, shape (..., 3) -> (..., 2)."""
-        return (places - self.origin) @ self.axes
+    def __call__(self, positions):
+        """Coordinates on the paper for positions, shape (..., 3) -> (..., 2)."""
+        return (positions - self.origin) @ self.axes
 
 
 def view_along(title, across, up):
@@ -53,9 +53,9 @@ class Perspective:
     labels: ClassVar = ("", "")
     axes: ClassVar = np.stack([RIGHT, np.cross(TOWARDS, RIGHT)], axis=-1)  # to the right and upwards, shape (3, 2)
 
-    def __call__(self, places):
-        """Coordinates on the paper for places, shape (..., 3) -> (..., 2)."""
-        apart, distance = places - self.centre, DISTANCE * self.size
+    def __call__(self, positions):
+        """Coordinates on the paper for positions, shape (..., 3) -> (..., 2)."""
+        apart, distance = positions - self.centre, DISTANCE * self.size
         return apart @ self.axes * (distance / (distance - apart @ TOWARDS))[..., None]
 
 
@@ -71,12 +71,12 @@ class Drawing:
     statics: object  # ClosedStatics or ElementStatics of the same cables
     stated: tuple  # preload [N] and sag [m] that the scene states of its only cable
     links: np.ndarray  # shape (l, 2, 3): ends of each link
-    anchors: list  # (name, place) of each fixed end
-    junctions: dict  # free point -> place, shape (3,)
-    bodies: dict  # body -> places of its attachments and its reference point, shape (k, 3)
+    anchors: list  # (name, position) of each fixed end
+    junctions: dict  # free point -> position, shape (3,)
+    bodies: dict  # body -> positions of its attachments and its reference point, shape (k, 3)
     markers: np.ndarray  # shape (k, 3)
     winches: np.ndarray  # shape (k, 3): ends of cables that winches reel or move
-    loads: list  # of each point load its place and force [N], shape (3,), and arc length along the unstretched cable
+    loads: list  # of each point load its position and force [N], shape (3,), and arc length along the unstretched cable
     ground: object  # as the scene states it: float, sequence of (x, level), or None
     lost: np.ndarray  # shape (k, j, 3): points along each cable that the load case lacks, where it would be with all
 
@@ -87,19 +87,19 @@ class Drawing:
         return np.concatenate([part.reshape(-1, 3) for part in parts])
 
     @cached_property
-    def places(self):
+    def positions(self):
         """Places of `held`, and those along cables and lost cables, shape (n, 3). [m]"""
         return np.concatenate([*(part.reshape(-1, 3) for part in (self.cables, self.lost)), self.held])
 
     @cached_property
     def size(self):
-        """Diagonal of the box that holds all `places`. [m]"""
-        return float(np.linalg.norm(np.ptp(self.places, axis=0)))
+        """Diagonal of the box that holds all `positions`. [m]"""
+        return float(np.linalg.norm(np.ptp(self.positions, axis=0)))
 
     @property
     def perspective(self):
         """`Perspective` about the centre of that box."""
-        return Perspective((self.places.min(axis=0) + self.places.max(axis=0)) / 2, self.size)
+        return Perspective((self.positions.min(axis=0) + self.positions.max(axis=0)) / 2, self.size)
 
     @property
     def single(self):
@@ -165,7 +165,7 @@ class Drawing:
         name = self.name
         if not self.single:
             return f"{name}: tension up to {force_text(float(np.max(self.statics.max_tension, initial=0.0)))}"
-        if self.loads:  # a rider, for example, whose place differs from case to case
+        if self.loads:  # a rider, for example, whose position differs from case to case
             below = load_sag(self.form_of(0))
             return f"{name}: load {length_text(abs(below))} {'below' if below >= 0 else 'above'} the chord"
         return f"{name}: sag {length_text(float(self.sag[0]))}"
@@ -207,7 +207,7 @@ def drawing_of(case):
     body_count, cable_rows = suspension.bodies, suspension.of_cables
     winches = [equilibrium.ends[suspension.cable_names.index(name), int(winch.end == "to")]
                for name, winch in scene.winches.items()]  # fmt: skip
-    attachments, markers = _places_of_bodies(scene, equilibrium)
+    attachments, markers = _positions_of_bodies(scene, equilibrium)
     along_cables, shares = _curves(case)
     first_cable = next(iter(case.scene.cables.values()), None)  # if it is the only one, stated values are shown
     return Drawing(
@@ -231,7 +231,7 @@ def drawing_of(case):
 
 
 def _anchors(scene, equilibrium):
-    """Name and place of each end of a cable or link that is fixed: list of (str, ndarray)."""
+    """Name and position of each end of a cable or link that is fixed: list of (str, ndarray)."""
     owners, anchors = equilibrium.suspension.owner.tolist(), []
     for (name, line), owner, ends in zip(scene.lines.items(), owners, equilibrium.ends, strict=True):
         for number, stated in enumerate(line.ends or (None, None)):
@@ -241,24 +241,24 @@ def _anchors(scene, equilibrium):
     return anchors
 
 
-def _places_of_bodies(scene, equilibrium):
+def _positions_of_bodies(scene, equilibrium):
     """Places of attachments and reference point of each body, dict of (k, 3), and of all markers, shape (m, 3). [m]"""
-    places, markers = {}, [np.zeros((0, 3))]
+    positions, markers = {}, [np.zeros((0, 3))]
     names = equilibrium.suspension.body_names[: equilibrium.suspension.bodies]
     for name, position, rotation in zip(names, equilibrium.position, equilibrium.rotation, strict=False):
         body = scene.bodies[name]
-        places[name] = position + np.array([*body.attachments.values(), (0.0, 0.0, 0.0)]) @ rotation.T
+        positions[name] = position + np.array([*body.attachments.values(), (0.0, 0.0, 0.0)]) @ rotation.T
         markers.append(position + np.array(list(body.markers.values())).reshape(-1, 3) @ rotation.T)
-    return places, np.concatenate(markers)
+    return positions, np.concatenate(markers)
 
 
 def _loads(form, starts):
-    """Point loads on cables that begin at places of shape (c, 1, 3): place, force and arc length of each, as a list."""
+    """Point loads on cables that begin at points of shape (c, 1, 3): list of position, force and arc length of each."""
     span = form.span
     forces = span.in_frame(span.load_forces, "global")
     at = points_along(form, _shares(span)).reshape(len(starts), forces.shape[-2], 3) + starts
     loads = zip(at.reshape(-1, 3), forces.reshape(-1, 3), span.load_positions.ravel(), strict=True)
-    return [(place, force, length) for place, force, length in loads if force.any()]
+    return [(position, force, length) for position, force, length in loads if force.any()]
 
 
 def _shares(span):
@@ -291,7 +291,7 @@ def upright_plane(drawings):
     """Side view of a scene whose cable ends, points, bodies and markers all lie in one vertical plane; None of others.
 
     The horizontal axis of the view is the distance from end 1 for a scene of one cable. For other scenes it is x or y
-    in a plane along one of these, else the horizontal distance from the place with the smallest x. `drawings` are those
+    in a plane along one of these, else the horizontal distance from the point with the smallest x. `drawings` are those
     of one scene in several load cases.
     """
     first, size = drawings[0], max(drawing.size for drawing in drawings)
@@ -299,7 +299,7 @@ def upright_plane(drawings):
     offsets = held[:, :2] - held[0, :2]
     farthest = offsets[np.argmax(np.hypot(*offsets.T))]
     level = direction(farthest, size)
-    if np.abs(offsets @ [-level[1], level[0]]).max() > FLAT * size:  # some place is out of the plane
+    if np.abs(offsets @ [-level[1], level[0]]).max() > FLAT * size:  # some position is out of the plane
         return None
     if first.single:
         return view_from_end_1(held[0], level, first.ground)
@@ -319,7 +319,7 @@ def direction(far, size):
 
 
 def view_from_end_1(start, level, ground):
-    """View of a cable from a place along a horizontal direction, with levels where there is ground."""
+    """View of a cable from a position along a horizontal direction, with levels where there is ground."""
     height, base = ("height above end 1 [m]", start[2]) if ground is None else ("level [m]", 0.0)
     return _side_view(np.array([*start[:2], base]), level, "horizontal distance from end 1 [m]", height)
 

@@ -25,7 +25,7 @@ PANEL_WIDTH = style.WIDTH - 0.8  # width of a panel without its numbers [in]
 BAR_WIDTH = 0.8  # width of a scale of colours with its numbers [in]
 LENGTH_LABEL = "length along the unstretched cable [m]"
 DRAWN_FORMS = 5  # of the cable that are drawn
-MOST_DOTS = 50  # places up to which each is marked
+MOST_DOTS = 50  # positions up to which each is marked
 FORM_POINTS = np.linspace(0.0, 1.0, 201)
 
 
@@ -54,9 +54,11 @@ class _Picture:
 
     def __init__(self, drawings, case=None):
         self.drawings, self.first, self.alone, self.case = drawings, drawings[0], len(drawings) == 1, case
-        self.places = np.concatenate([drawing.places for drawing in drawings])  # all that are drawn, shape (n, 3) [m]
+        self.positions = np.concatenate(
+            [drawing.positions for drawing in drawings]
+        )  # all that are drawn, shape (n, 3) [m]
         self.plane = upright_plane(drawings)
-        extent = np.ptp(self.places, axis=0)
+        extent = np.ptp(self.positions, axis=0)
         self.seen, (least, middle, most) = extent > FLAT * extent.max(), np.sort(extent)  # axes along which it extends
         # drawn in perspective and from three sides
         self.in_space = self.alone and self.plane is None and least > FLAT * most and middle >= LONG_SCENE * most
@@ -115,7 +117,7 @@ class _Picture:
     def _views(self):
         """Panels of views from the sides or in space, as of `panels`; of steep cables the distance from the chord."""
         views = self._chosen_views()
-        grounds = [ground_in(view, self.first.ground, view(self.places)[:, 0]) for view in views]
+        grounds = [ground_in(view, self.first.ground, view(self.positions)[:, 0]) for view in views]
         windows = self._windows(views, grounds)
         above_chord = np.concatenate([drawing.above_chord.ravel() for drawing in self.drawings])
         height, sag = windows[0].ratio * windows[0].width, np.abs(above_chord).max(initial=0.0) * windows[0].factor
@@ -127,7 +129,7 @@ class _Picture:
         panels = list(zip(heights, paints, strict=True))
         if hidden:
             panels = panels if self.alone or grounds[0] is not None else []
-            window = style.Window(self.plane(self.places)[:, 0], np.append(above_chord, 0.0), 0.26)
+            window = style.Window(self.plane(self.positions)[:, 0], np.append(above_chord, 0.0), 0.26)
             panels.append((2.6, partial(self._draw_from_chord, window)))
         return panels
 
@@ -142,7 +144,7 @@ class _Picture:
 
     def _windows(self, views, grounds):
         """`Window` of each view, with its ground; of a scene in space all to one scale."""
-        outlines = [with_ground(view(self.places), ground) for view, ground in zip(views, grounds, strict=True)]
+        outlines = [with_ground(view(self.positions), ground) for view, ground in zip(views, grounds, strict=True)]
         if self.in_space:
             half = max(np.ptp(outline, axis=0).max() for outline in outlines) / 2 * np.array([[-1], [1]])
             outlines = [(outline.min(axis=0) + outline.max(axis=0)) / 2 + half for outline in outlines]
@@ -175,7 +177,7 @@ class _Picture:
         if cable_and_clearance is not None and abs(cable_and_clearance[1]) > FLAT * first.size:
             cable, clearance = cable_and_clearance
             marks.mark_clearance(axes, room, view(first.cables[cable]), ground, clearance)
-        marks.mark_loads(axes, room, [(view(place), force) for place, force, _ in first.loads], view.axes)
+        marks.mark_loads(axes, room, [(view(position), force) for position, force, _ in first.loads], view.axes)
         if with_sags:
             self._mark_sags(axes, room, chords, window)
         marks.name_all(room, first, view)
@@ -248,7 +250,7 @@ class _Picture:
         style.plain(right, 4, 7)
         if self.alone:
             per_inch = np.array([np.ptp(left.get_xlim()), np.ptp(left.get_ylim())]) / 3.5
-            loads = [((length, plane(place)[1]), force) for place, force, length in self.first.loads]
+            loads = [((length, plane(position)[1]), force) for position, force, length in self.first.loads]
             marks.mark_loads(left, marks.Room(left, per_inch, lines.reshape(-1, 2)), loads, plane.axes)
 
 
@@ -308,13 +310,13 @@ def finish_view(axes, view, window, ground, ticks=8):
 def load_path(path):
     """Figure of a load that travels along a cable: its path in a side view, and below it the largest tension.
 
-    The side view shows the cable in some of the places of a `LoadPath`.
+    The side view shows the cable in some of the positions of a `LoadPath`.
     """
-    first, places = path.cables[0], np.stack([_numbers(path, name) for name in ("x_m", "y_m", "z_m")], axis=-1)
+    first, positions = path.cables[0], np.stack([_numbers(path, name) for name in ("x_m", "y_m", "z_m")], axis=-1)
     clearance, tension = _numbers(path, "clearance_m"), _numbers(path, "max_tension_N")
     span = first.form.span
     view = view_from_end_1(first.end_1, direction(span.frame[0, :2] * span.chord, span.chord), first.scene.ground)
-    forms, line = [view(form) for form in _forms(path.cables)], view(places)
+    forms, line = [view(form) for form in _forms(path.cables)], view(positions)
     all_points = np.concatenate([*forms, line[np.isfinite(line[:, 0])]])  # on the paper, shape (n, 2)
     ground = ground_in(view, first.scene.ground, all_points[:, 0])
     window = style.Window(*with_ground(all_points, ground).T, ENLARGED_RATIO)
@@ -347,7 +349,7 @@ def _numbers(path, name):
 
 
 def _forms(cables):
-    """Some cables that are drawn: list of places, shape (j, 3). [m]"""
+    """Some cables that are drawn: list of positions, shape (j, 3). [m]"""
     chosen = np.unique(np.linspace(0, len(cables) - 1, DRAWN_FORMS + 2).round().astype(int))[1:-1]
     return [
         points_along(one.form, FORM_POINTS) + one.end_1 for one in [cables[number] for number in chosen] or cables[:1]

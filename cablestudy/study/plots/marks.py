@@ -17,7 +17,7 @@ NAMED_LOADS = 6  # the labels of more would overlap
 LOST_OPACITY = 0.5  # opacity of lost cables
 TEXT_BOX = {"boxstyle": "square,pad=0.05", "fc": "white", "ec": "none", "alpha": 0.75}  # behind a text over lines
 ACROSS, UPRIGHT = ("center", "left", "right"), ("center", "bottom", "top")  # alignment of a text at side 0, 1, -1
-CORNERS = ((1, -1), (1, 1), (-1, 1), (-1, -1))  # of a place where its name may stand, along x and y
+CORNERS = ((1, -1), (1, 1), (-1, 1), (-1, -1))  # of a position where its name may stand, along x and y
 BETWEEN = 0.03  # least distance of two texts, of which positions and sizes are not known to more [in]
 DIMENSION = {"arrowstyle": "<->", "shrinkA": 0, "shrinkB": 0, "color": RED, "lw": 1}  # of a dimension
 ABOUT_RING = (((0, 9), (0, 1)), ((0, -9), (0, -1)), ((9, 0), (1, 0)), ((-9, 0), (-1, 0)))  # offsets [pt] and sides
@@ -56,7 +56,7 @@ class Room:
         return True
 
     def reserve(self, start, end):
-        """Take the room of an arrow between two places on the paper: True if it was free."""
+        """Take the room of an arrow between two positions on the paper: True if it was free."""
         low, high = np.minimum(start, end) - 0.04 * self.per_inch, np.maximum(start, end) + 0.04 * self.per_inch
         box = low[0], high[0], low[1], high[1]
         free = self._is_free(box)
@@ -105,15 +105,15 @@ def draw_parts(axes, drawing, view, colours, label="", lost="", dashes="-", own=
     draw_lines(axes, view(drawing.links), own or ORANGE, **of_links)
     pale = (*to_rgb(own or GREY), LOST_OPACITY)
     draw_lines(axes, view(drawing.lost), pale, linestyles="--", linewidths=1.1, zorder=1.5, label=lost)
-    draw_points(axes, view, [place for _, place in drawing.anchors], "^", color=GREY, ms=5, zorder=3)
+    draw_points(axes, view, [position for _, position in drawing.anchors], "^", color=GREY, ms=5, zorder=3)
     draw_points(axes, view, drawing.junctions.values(), "o", color=own or "#333333", ms=3, zorder=4)
-    for places in drawing.bodies.values():
-        draw_body(axes, view(places), own or "#222222", own or RED, 5 if own is None else 3, zorder=4)
+    for positions in drawing.bodies.values():
+        draw_body(axes, view(positions), own or "#222222", own or RED, 5 if own is None else 3, zorder=4)
     if own is None:
         draw_points(axes, view, drawing.markers, "x", color=ORANGE, ms=5, zorder=5)
         draw_points(axes, view, drawing.winches, "o", color=BLUE, ms=9, mfc="none", zorder=3, label="winch")
     else:
-        draw_points(axes, view, [place for place, *_ in drawing.loads], "o", color=own, ms=4)
+        draw_points(axes, view, [position for position, *_ in drawing.loads], "o", color=own, ms=4)
 
 
 def draw_lines(axes, lines, colours, **look):
@@ -129,15 +129,15 @@ def draw_chords(axes, chords, mark=""):
         axes.plot(*chords.reshape(-1, 2).T, mark, color=GREY, ms=4)
 
 
-def draw_points(axes, view, places, mark, ms, **look):
-    """Draw marks at places in a view, small ones where they are many."""
-    places = np.array(list(places)).reshape(-1, 3)
-    if len(places):
-        axes.plot(*view(places).T, mark, ms=ms if len(places) < MANY_MARKS else 0.4 * ms, **look)
+def draw_points(axes, view, positions, mark, ms, **look):
+    """Draw marks at positions in a view, small ones where they are many."""
+    positions = np.array(list(positions)).reshape(-1, 3)
+    if len(positions):
+        axes.plot(*view(positions).T, mark, ms=ms if len(positions) < MANY_MARKS else 0.4 * ms, **look)
 
 
 def draw_body(axes, flat, colour, mark, ms, zorder, lw=1.2):
-    """Draw a body: a square at its reference point, the last of places on the paper, and arms from the others there."""
+    """Draw a body: a square at its reference point, the last of some positions, and arms from the others there."""
     arms = np.stack([flat[:-1], np.broadcast_to(flat[-1], flat[:-1].shape)], axis=1)
     draw_lines(axes, arms, colour, linewidths=lw, zorder=zorder)
     axes.plot(*flat[-1], "s", color=mark, ms=ms, zorder=zorder + 1)
@@ -153,9 +153,9 @@ def draw_ground(axes, ground):
 def mark_clearance(axes, room, line, ground, least):
     """Draw an arrow with the clearance [m] where a line, shape (j, 2), is nearest above the ground, two arrays."""
     level = np.interp(line[:, 0], *ground)
-    place = int(np.argmin(line[:, 1] - level))
-    low = line[place, 0], level[place]
-    axes.annotate("", low, line[place], arrowprops=DIMENSION)
+    nearest = int(np.argmin(line[:, 1] - level))
+    low = line[nearest, 0], level[nearest]
+    axes.annotate("", low, line[nearest], arrowprops=DIMENSION)
     # in the ground below the arrow, where the cable is not in its way
     spots = [(low, (0, -7), (side, -1)) for side in (0, 1, -1)]
     room.write(f"clearance {length_text(least)}", spots, color=RED)
@@ -164,7 +164,7 @@ def mark_clearance(axes, room, line, ground, least):
 def mark_sag(axes, room, middle, sag):
     """Draw the dimension of a sag below the middle of a chord, as in an engineering drawing, where there is room.
 
-    Equal sags at one place have one dimension; one that would stand on the arrow of a load has none.
+    Equal sags at one position have one dimension; one that would stand on the arrow of a load has none.
     """
     down = np.array([0.0, sag])
     if not room.reserve(middle - down, middle):
@@ -209,29 +209,29 @@ def mark_loads(axes, room, loads, paper):
 
 
 def name_all(room, drawing, view):
-    """Name bodies, and anchors if they are few, where there is room beside cables; names at one place share a text."""
-    bodies = [(name, view(places[-1])) for name, places in drawing.bodies.items()]
-    anchors = [(name, view(place)) for name, place in drawing.anchors]
-    for places, size, colour in ((bodies, 8, RED), (anchors if len(anchors) <= NAMED_ANCHORS else (), 7, GREY)):
+    """Name bodies, and few anchors, where there is room beside cables; names at one position share a text."""
+    bodies = [(name, view(positions[-1])) for name, positions in drawing.bodies.items()]
+    anchors = [(name, view(position)) for name, position in drawing.anchors]
+    for positions, size, colour in ((bodies, 8, RED), (anchors if len(anchors) <= NAMED_ANCHORS else (), 7, GREY)):
         shared = []
-        for name, place in places:
-            near = (names for names, other in shared if (np.abs(other - place) < 0.05 * room.per_inch).all())
+        for name, position in positions:
+            near = (names for names, other in shared if (np.abs(other - position) < 0.05 * room.per_inch).all())
             names = next(near, None)
             if names is None:
-                shared.append(([name], place))
+                shared.append(([name], position))
             elif name not in names:
                 names.append(name)
-        for names, place in shared:
-            spots = [(place, (5 * side, 3.6 * up), (side, up)) for side, up in CORNERS]
-            spots += [(place, (0, 7 * up), (0, up)) for up in (-1, 1)]
+        for names, position in shared:
+            spots = [(position, (5 * side, 3.6 * up), (side, up)) for side, up in CORNERS]
+            spots += [(position, (0, 7 * up), (0, up)) for up in (-1, 1)]
             room.write(shortened(", ".join(names), 32), spots, needed=False, fontsize=size, color=colour)
 
 
 def scale_bar(axes, size):
     """Draw a bar of a round length at the lower right, with that length, for a scene of a size. [m]"""
     length = nice(size / 5)
-    place = blended_transform_factory(axes.transData, axes.transAxes)
+    mixed = blended_transform_factory(axes.transData, axes.transAxes)
     right = axes.get_xlim()[1]
-    axes.plot([right - length, right], [0.03, 0.03], color="#222222", lw=2.2, transform=place, solid_capstyle="butt")
-    axes.annotate(length_text(length), (right - length / 2, 0.03), (0, 2.5), place, "offset points",
+    axes.plot([right - length, right], [0.03, 0.03], color="#222222", lw=2.2, transform=mixed, solid_capstyle="butt")
+    axes.annotate(length_text(length), (right - length / 2, 0.03), (0, 2.5), mixed, "offset points",
                   ha="center", fontsize=7.5)  # fmt: skip

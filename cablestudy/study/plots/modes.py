@@ -144,11 +144,11 @@ def coupled_mode_shapes(case, modes, listed=None, share=None):
     """
     listed, drawing = len(modes) if listed is None else listed, drawing_of(case)
     plane, peak = upright_plane([drawing]), style.nice(PEAK_OVER_SIZE * drawing.size)  # largest displacement drawn [m]
-    if plane is not None and np.ptp(plane(drawing.places)[:, 0]) < FLAT * drawing.size:
+    if plane is not None and np.ptp(plane(drawing.positions)[:, 0]) < FLAT * drawing.size:
         plane = None
     shown = [_drawing_of_coupled_mode(case, modes, drawing, plane, number) for number in range(min(listed, MOST_MODES))]
     if plane is not None and shown:
-        at_rest = style.Window(*plane(drawing.places).T, _ratio(shown))
+        at_rest = style.Window(*plane(drawing.positions).T, _ratio(shown))
         shown, peak = _alike_in_both_directions(shown, drawing, at_rest.factor)
     return _figure(shown, modes.frequency, listed, peak, share, drawing, plane and plane.labels[0])
 
