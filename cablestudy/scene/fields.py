@@ -1,6 +1,7 @@
 """Types for pydantic: of single keys (quantities with a unit, whole numbers, text) and of mappings, `KeyTable`."""
 
 import math
+import re
 from dataclasses import dataclass
 from difflib import SequenceMatcher, get_close_matches
 from typing import Annotated, ClassVar, get_args, get_origin
@@ -78,9 +79,14 @@ def _wrong_letters(word, right):
 
 def _with_a_common_part(word, known):
     """Those of the known words that begin with a word, or share one of its parts, the most similar one first."""
-    parts = {part for part in word.split("_") if len(part) >= SCENE.shortest_part}
+    parts = {part for part in _parts(word) if len(part) >= SCENE.shortest_part}
     begin = [one for one in known if len(word) >= SCENE.shortest_part and one.startswith(word)]
-    return get_close_matches(word, begin or [one for one in known if parts.intersection(one.split("_"))], cutoff=0.0)
+    return get_close_matches(word, begin or [one for one in known if parts.intersection(_parts(one))], cutoff=0.0)
+
+
+def _parts(words):
+    """Words of a name with spaces, dashes or underscores between them: list."""
+    return re.split(r"[\W_]+", words)
 
 
 def each_once(value):
