@@ -1193,6 +1193,7 @@ def test_an_undamped_motion_that_nothing_excites_is_no_obstacle():
 def test_without_turbulence_or_area_nothing_moves(changes):
     case = case_of(everything(**changes))
     assert [value(case, f"gondola.{column}") for column in ("rms", "rms_velocity", "peak", "rms_rx")] == [0, 0, 0, 0]
+    assert not case.analysis.response_of(open_loop=False).spectra(np.array([0.1, 1.0])).any()  # `windrms --plot`
 
 
 # ------------------------------------------------------------------------------------------------------------- columns

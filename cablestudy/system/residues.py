@@ -281,7 +281,8 @@ class Residues:
         products = self.outputs.T[:, :, None] * self.inputs[:, None, :]  # of each pole
         distances = s[:, None] - self.poles
         fractions = np.reciprocal(distances, out=distances)  # in place: of many poles and frequencies far faster
-        return (fractions @ products.reshape(len(self.poles), -1)).reshape(-1, *self.direct.shape) + self.direct
+        products = products.reshape(len(self.poles), self.direct.size)  # of no columns without inputs
+        return (fractions @ products).reshape(len(s), *self.direct.shape) + self.direct
 
     def split(self, highest):
         """Itself and None, since no response is to be added to it; see `DelayedResponse.split`."""
