@@ -428,3 +428,18 @@ def test_a_derivative_part_is_judged_with_the_modes_that_it_drives():
     of_modes = [gains_of_modes(one).limits[0].factor for one in (few, many)]
     assert of_modes[0] > 1.2 * of_modes[1]
     assert few.stability.largest_gain == pytest.approx(of_modes[1], rel=3e-3)
+
+
+def test_a_loop_in_the_wind_between_long_cables_whose_modes_are_none():
+    """The damping by the air of no modes of cables at all was asked for, which ended with a traceback."""
+    mass, span, time, gain, strain = 20.0, 47.0, 3e-4, 0.4, 7e-3
+    spring = 2e5 / (span * (1 - strain))
+    text = one_axis(
+        mass=mass, span=span, strain=strain, time=time, winches={"west": {}, "east": {}}, wind=WIND,
+        control={"gain": gain, "notch": "none"}, bodies__gondola__wind={"area": 0.5, "drag_coefficient": 1.2},
+        cable__density=1e-7,
+    )  # fmt: skip
+    # s (m s^2 + c s + k) + g k (1 + T s), by Routh's rule
+    damping = spring * time + 1.2 * 0.6 * WIND["speed"]
+    expected = damping * spring / (mass * spring - damping * spring * time)
+    assert solve(text, "largest_gain").values["largest_gain"] == pytest.approx(expected, rel=1e-5)

@@ -215,7 +215,7 @@ class Layout:
         """Displacements of all bodies, held ones too, shape (b, 6, r), for free ones of shape (d, r)."""
         of_all = np.zeros((6 * len(self.equilibrium.suspension.body_names), displacements.shape[-1]))
         of_all[self.free] = displacements
-        return of_all.reshape(-1, 6, displacements.shape[-1])
+        return of_all.reshape(len(of_all) // 6, 6, displacements.shape[-1])  # maybe of no columns
 
     def moving_mass(self, displacements):
         """Share of each body's displacements in the kinetic energy of mass-normalised motions, shape (b, 6, r). [-]
