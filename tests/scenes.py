@@ -173,5 +173,5 @@ def computed(study):
     for done in compute_here(Chunks(study, [(cases, headers)], study.count), jobs=1):
         store.add(done.headers, done.records)
     table = table_of(study, columns, reference, store, cases)
-    finalize(table, store.close)  # the table reads from it as long as it is there
+    finalize(table.rows, store.close)  # which read from it as long as they are there
     return table
