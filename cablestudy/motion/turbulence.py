@@ -124,13 +124,15 @@ class Turbulence:
     def range(self):
         """Lowest and highest frequency of the integrals. [Hz]"""
         wind, modes = self.plant.scene.wind, self.plant.modes
-        lowest, stiff = modes.frequency[0], modes.frequency[modes.body_share > MOTION.moved_bodies].max(initial=0.0)
-        corner = wind.speed / wind.length_scale
+        corner, lowest = wind.speed / wind.length_scale, modes.frequency[0]
         slow = [corner, lowest] + ([] if self.loop is None else [self.loop.gain / (2 * np.pi)])
         corners = [[actuator.omega, actuator.corner] for actuator in self.plant.actuators]
         corners = np.concatenate([*corners, [] if self.loop is None else self.loop.corners])
-        highest = max(MOTION.highest_frequency * max(corner, lowest), MOTION.beyond_bodies * stiff)
+        highest = MOTION.highest_frequency * max(corner, lowest)
         highest = max(highest, MOTION.beyond_corners * corners.max(initial=0.0) / (2 * np.pi))
+        beyond = MOTION.beyond_bodies * modes.frequency
+        if (beyond > highest).any():  # the shares of bodies take longer than all else here
+            highest = beyond[modes.body_share > MOTION.moved_bodies].max(initial=highest)
         return MOTION.lowest_frequency * min(slow), highest
 
     def _integrals_of(self, weights, jumps=()):
