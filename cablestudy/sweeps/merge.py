@@ -34,15 +34,16 @@ class MergedRun(Run):
         if len(counts) > 1:
             listed = " and of ".join(map(str, counts))
             raise SceneError(f"--out {self.files.folder}: shards of {listed} lie there: move one kind away")
-        merged, mistakes = open_store("", self.identity, self.study.count), []
-        for path in shards.values():
-            mistakes += _add_shard(path, merged)
-        merged.load()
-        mistakes = mistakes or self._missing_rows(merged, counts[0], {number for number, _ in shards})
-        if mistakes:
-            raise SceneError(*mistakes)
-        store = open_store(self.path, self.identity, self.study.count, restart=True)
-        store.insert(merged.stored(self.cases))
+        mistakes = []
+        with closing(open_store("", self.identity, self.study.count)) as merged:
+            for path in shards.values():
+                mistakes += _add_shard(path, merged)
+            merged.load()
+            mistakes = mistakes or self._missing_rows(merged, counts[0], {number for number, _ in shards})
+            if mistakes:
+                raise SceneError(*mistakes)
+            store = open_store(self.path, self.identity, self.study.count, restart=True)
+            store.insert(merged.stored(self.cases))
         store.load()
         return store
 
