@@ -9,7 +9,7 @@ method. Integrals are by Gauss's rule on each piece between two loads, and on bo
 there.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -271,15 +271,6 @@ class DragErrors:
     tensions: np.ndarray  # (n, j, 3): tension vectors at the points under the actual drag [N]
     weights: np.ndarray  # (n, j, 1): of the points in an integral along each cable; they add up to 1 [-]
 
-    @classmethod
-    def none(cls, catenary):
-        """`DragErrors` of n equilibria in which no drag is left out."""
-        pieces = Pieces.of(catenary)
-        tensions = catenary.span.in_frame(catenary.tension_at(pieces.points), "global")
-        at_ends = np.zeros((len(tensions), 2, 3))
-        no_movement = np.zeros(tensions.shape)
-        return cls(at_ends[:, 0, 0], at_ends, no_movement, pieces.points, at_ends, tensions, pieces.weights)
-
     def form_error(self, catenary):
         """Largest movement of a point over the distance of mid-length from the chord, shape (n,). [-]
 
@@ -311,19 +302,13 @@ class DragErrors:
         from_end, to_end = self.ends[..., :1, :], self.ends[..., 1:, :]
         return self.displacement - (from_end + self.points[..., None] * (to_end - from_end))
 
-    def take(self, index):
-        """`DragErrors` of some cables."""
-        return take_rows(self, index)
 
-
-def uneven_drag_errors(cables, catenary, held, ends=None, moved=None):
+def uneven_drag_errors(cables, held, ends=None, moved=None):
     """Errors of n equilibria in which the drag of a steady wind is taken as uniform along each cable.
 
     Parameters
     ----------
     cables : CablesInDrag
-    catenary : Catenary
-        Their equilibria under the uniform drag.
     held : ChangesByDrag
         Their changes with both ends held.
     ends : ndarray, shape (n, 2, 3), optional
@@ -338,20 +323,23 @@ def uneven_drag_errors(cables, catenary, held, ends=None, moved=None):
         the tension vector to tension, and movement at mid-length to its distance from the chord. What the movement of
         the ends changes of the tension is added to it. Errors are zero without wind, where no end moves.
     """
-    without, has_wind, changes = DragErrors.none(catenary), cables.drag.normal_drag > 0, held
+    has_wind, changes = cables.drag.normal_drag > 0, held
     relative = np.where(has_wind, bounded_errors(held.relative), 0.0)
-    if ends is not None:
+    if ends is None:
+        ends = np.zeros(held.end_tensions.shape)
+    else:
         has_wind, changes = np.ones_like(has_wind), moved
         relative = relative + _tension_change(cables, moved, held)
     relative = np.where(changes.unsettled <= STUDY.known_drag, relative, STUDY.unknown_error)
     in_wind = has_wind[:, None, None]
-    return replace(
-        without,
+    return DragErrors(
         error=bounded_errors(STUDY.second_order * relative),
         end_forces=np.where(in_wind, changes.end_tensions * np.array([1.0, -1.0])[:, None], 0.0),
         displacement=np.where(in_wind, changes.displacement, 0.0),
-        ends=without.ends if ends is None else ends,
-        tensions=np.where(in_wind, changes.tensions, without.tensions),
+        points=cables.pieces.points,
+        ends=ends,
+        tensions=np.where(in_wind, changes.tensions, cables.at_points),
+        weights=cables.pieces.weights,
     )
 
 

@@ -264,12 +264,12 @@ class Results:
         cables = CablesInDrag.of(self.drag, self.catenary)
         held = settled_changes(cables)
         if self.loaded.without_push is None:
-            return uneven_drag_errors(cables, self.catenary, held)
+            return uneven_drag_errors(cables, held)
         # what holds end 2 along x holds against the force that the actual drag leaves there without the push
         span, drag = self.loaded.without_push()
         without_push = settled_changes(CablesInDrag.of(drag, solve(span)))
         ends, moved = pushed_by_drag(cables, held, without_push.end_tensions[:, 1, 0])
-        return uneven_drag_errors(cables, self.catenary, held, ends, moved)
+        return uneven_drag_errors(cables, held, ends, moved)
 
     def change_by_drag(self, column):
         """Changes of the numbers of a column by drag that is taken as uniform, as its `by_drag` says, shape (n,)."""

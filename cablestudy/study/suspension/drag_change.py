@@ -120,7 +120,7 @@ def drag_change(equilibrium, drag):
     movement, moved, found = _search(in_wind, drag, in_drag, held)
     state = _moved_state(in_wind, drag, in_drag, movement, moved)
     unknown = np.where(found, 0.0, STUDY.unknown_error)[:, None]
-    of_cables = uneven_drag_errors(in_drag, catenary, held, state.ends[:, :cables].reshape(-1, 2, 3), moved)
+    of_cables = uneven_drag_errors(in_drag, held, state.ends[:, :cables].reshape(-1, 2, 3), moved)
     of_cables = _unknown_where_ends_move(of_cables, in_wind.suspension, unknown)
     errors = _zero_errors(of_cables, (cases, cables))
     assign_rows(errors, of_rows, of_cables)
