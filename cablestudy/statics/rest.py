@@ -58,10 +58,10 @@ def pose(suspension):
         if len(unmet):
             # where this search fails too, the state and record of the first one are kept: they are nearer to the scene
             _assign_converged(state, record, unmet, *search(flat.take(unmet)))
-    for case in np.flatnonzero(~record.converged):
-        index = np.array([case])
-        ended = take_rows(state, index), take_rows(record, index)
-        _assign_converged(state, record, index, *search_with_softest_held(flat.take(index), *ended))
+    failed = np.flatnonzero(~record.converged)
+    if len(failed):
+        ended = take_rows(state, failed), take_rows(record, failed)
+        _assign_converged(state, record, failed, *search_with_softest_held(flat.take(failed), *ended))
     return leave_saddle_points(suspension, flat, state, record)
 
 
@@ -151,19 +151,34 @@ def search_with_softer_cables(suspension):
 
 
 def search_with_softest_held(suspension, state, record):
-    """Find the equilibrium of one case whose search ended without one: first with the softest motion held, then free.
+    """Find equilibria of cases whose search ended without one: first with the softest motion held, then free.
 
     A motion that nothing holds, as the yaw of a body that hangs at one point, leads a search astray: its stiffness away
-    from equilibrium is of either sign, and its steps are long. `state` and `record` are where the search ended.
+    from equilibrium is of either sign, and its steps are long. `state` and `record` are where the searches ended.
     """
-    motion = np.abs(equilibrium(suspension, suspension, state, record).stability.motion)[0]
-    held = replace(suspension, free=suspension.free & (motion < motion.max()))
-    if not held.free.any():
-        return state, record
-    found, record = search_all(held, start(held))
-    at_rest = evaluate(suspension, found)
+    state, record = copy_record(state), copy_record(record)
+    motion = np.abs(equilibrium(suspension, suspension, state, record).stability.motion)
+    free = suspension.free & (motion < motion.max(axis=(-2, -1), keepdims=True))
+    for of_cases in np.unique(free, axis=0):  # what is free is the same for all cases of a search
+        if of_cases.any():
+            index = np.flatnonzero((free == of_cases).all(axis=(-2, -1)))
+            found = _held_then_free(suspension.take(index), of_cases)
+            assign_rows(state, index, found[0])
+            assign_rows(record, index, found[1])
+    return state, record
+
+
+def _held_then_free(suspension, free):
+    """State and record of searches with fewer degrees of freedom, `free`, and then with all where forces remain."""
+    held = replace(suspension, free=free)
+    state, record = search_all(held, start(held))
+    at_rest = evaluate(suspension, state)
     balanced = largest_ratio(suspension, at_rest.net, at_rest.most_rounding) <= 1
-    return (found, record) if balanced.all() else search_all(suspension, found)
+    if len(moving := np.flatnonzero(~balanced)):
+        further = search_all(suspension.take(moving), take_rows(state, moving))
+        assign_rows(state, moving, further[0])
+        assign_rows(record, moving, further[1])
+    return state, record
 
 
 def search_with_heavier_cables(suspension):
