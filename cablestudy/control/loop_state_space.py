@@ -38,38 +38,35 @@ class ExactResponse:
         if direct is not None:
             rows.outputs[: len(direct), size + inputs - forces.shape[1] : size + inputs] += direct
         output_rows = np.concatenate([rows.outputs, loop.allocation.measured @ rows.equations.coordinates])
-        self._loop, self._winches = loop, len(rows.reeled)
-        # by eigenvectors; of inputs u, u' and u'', the winches first
-        parts = [slice(size + order * inputs, size + (order + 1) * inputs) for order in range(3)]
-        self._inputs = [motion.eigen.left @ rows.state_rate[:, part] for part in parts]
-        self._outputs = output_rows[:, :size] @ motion.eigen.right
-        self._direct = [output_rows[:, part] for part in parts]
+        self._loop, self._winches, self._count = loop, len(rows.reeled), inputs
+        # of inputs u, the winches first, and of the winches in u' and u''
+        columns = [size + np.arange(inputs), *(size + order * inputs + np.arange(len(rows.reeled)) for order in (1, 2))]
+        eigen, columns = motion.eigen, np.concatenate(columns)
+        by_poles = eigen.left @ rows.state_rate[:, columns], output_rows[:, :size] @ eigen.right
+        self._open = Residues(eigen.values, *by_poles, output_rows[:, columns], eigen.one_sided)
 
     @property
     def at_small_gain(self):
         """`Residues` where the loop gain is small: outputs with the winches at rest, speeds without a direct part."""
-        loop, eigen, count = self._loop, self._loop.motion.eigen, len(self._loop.notches)
-        inputs, direct = (parts[0][..., self._winches :] for parts in (self._inputs, self._direct))
+        loop, count, of_open = self._loop, len(self._loop.notches), self._open
+        inputs, direct = (part[:, self._winches : self._count] for part in (of_open.inputs, of_open.direct))
+        poles = of_open.poles
         # to the left of -1/T, exp(-s T) says nothing any more of what happens on the imaginary axis; and poles that do
         # not oscillate, where the law may be infinite, make no peaks there
-        decay = np.where(eigen.values.imag == 0, 0.0, np.maximum(eigen.values.real, -1 / loop.law.delay))
-        s = decay + 1j * np.where(eigen.values.imag == 0, np.abs(eigen.values), eigen.values.imag)
-        error = loop.controller(s).T * self._outputs[-count:]
-        speeds = -loop.gain * eigen.values * (loop.allocation.matrix @ error)
-        outputs = np.concatenate([self._outputs[:-count], speeds])
+        decay = np.where(poles.imag == 0, 0.0, np.maximum(poles.real, -1 / loop.law.delay))
+        s = decay + 1j * np.where(poles.imag == 0, np.abs(poles), poles.imag)
+        error = loop.controller(s).T * of_open.outputs[-count:]
+        speeds = -loop.gain * poles * (loop.allocation.matrix @ error)
+        outputs = np.concatenate([of_open.outputs[:-count], speeds])
         direct = np.concatenate([direct[:-count], np.zeros((len(speeds), direct.shape[1]))])
-        return Residues(eigen.values, inputs, outputs, direct, eigen.one_sided)
+        return Residues(poles, inputs, outputs, direct, of_open.one_sided)
 
     def __call__(self, s):
         """Outputs per force, shape (f, p, j), for s of shape (f,) [rad/s]."""
         loop, count = self._loop, len(self._loop.notches)
-        fractions = self._outputs / (s[:, None] - loop.motion.eigen.values)[:, None, :]
-        by_order = zip(self._inputs, self._direct, strict=True)  # of v, v' and v''
-        by_forces = fractions @ self._inputs[0][:, self._winches :] + self._direct[0][:, self._winches :]
-        by_winches = sum(
-            s[:, None, None] ** order * (fractions @ b[:, : self._winches] + d[:, : self._winches])
-            for order, (b, d) in enumerate(by_order)
-        )
+        ends = self._winches, self._count, self._count + self._winches
+        of_u, by_forces, of_rate, of_acceleration = np.split(self._open.response(s), ends, axis=-1)
+        by_winches = of_u + s[:, None, None] * of_rate + s[:, None, None] ** 2 * of_acceleration
         filters = loop.controller(s)
         gain = loop.gain * (by_winches[:, -count:] @ loop.allocation.matrix) * filters[:, None, :]
         error = filters[:, :, None] * (sensitivity(gain) @ by_forces[:, -count:])
