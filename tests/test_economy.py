@@ -15,6 +15,7 @@ from cablestudy.cable import assembly, catenary, dynamics, equilibrium
 from cablestudy.cable.tolerances import CABLE
 from cablestudy.motion import plant
 from cablestudy.motion.dynamic_analysis import DynamicAnalysis
+from cablestudy.motion.gust_response import GustResponse
 from cablestudy.motion.tension_waves import change_by_waves
 from cablestudy.scene.scene import CableScene
 from cablestudy.scene.study import read_study
@@ -82,6 +83,17 @@ def test_a_cable_that_goes_slack_is_told_without_the_errors_of_tensions(monkeypa
     evaluate_suspensions([wind], [body])
     assert not calls
     evaluate_suspensions([wind], [body, tension])
+    assert len(calls) == 1
+
+
+def test_errors_of_rates_above_the_integrals_are_for_columns_of_rates_alone(monkeypatch):
+    wind = scene(base=CONFIGS / "suspensions" / "fast-wind.yaml")
+    calls, rates_beyond = [], GustResponse._rates_beyond
+    monkeypatch.setattr(GustResponse, "_rates_beyond", lambda response: calls.append(1) or rates_beyond(response))
+    names = [f"cabin.{name}_open_loop" for name in ("rms_x", "rms", "rms_velocity")]
+    evaluate_suspensions([wind], [find(name) for name in (*names[:2], "c1.rms_tension")])
+    assert not calls
+    evaluate_suspensions([wind], [find(name) for name in names])
     assert len(calls) == 1
 
 

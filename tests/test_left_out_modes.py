@@ -91,7 +91,7 @@ def test_waves_along_three_bridles_above_the_modes_are_in_the_stated_error():
                  for count in (100, 200))  # fmt: skip
     for axis in "xy":
         row = own.rows[f"gondola.focus.{axis}"]
-        change, error = abs(own.weighted["rate"][row] - true.weighted["rate"][row]), own.error["rate"][row]
+        change, error = abs(own.weighted["rate"][row] - true.weighted["rate"][row]), own.errors("rate")[row]
         assert 5e-4 * true.weighted["rate"][row] < change < error < 5 * change
 
 
@@ -303,7 +303,7 @@ def test_modes_between_those_of_the_model_and_the_one_that_grows_first_are_in_th
     truths = [(name, "value", true) for name, true in zip(names, tensions, strict=True)]
     for name, kind, true in [*truths, ("body0.x", "value", value), ("body0.x", "rate", rate)]:
         row = found.rows[name]
-        assert abs(found.weighted[kind][row] - true) <= found.error[kind][row]
+        assert abs(found.weighted[kind][row] - true) <= found.errors(kind)[row]
 
 
 @pytest.mark.parametrize(("mass", "lengths", "law"), NEARLY_UNSTABLE_ABOVE)

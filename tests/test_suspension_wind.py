@@ -990,8 +990,8 @@ def test_the_stated_error_of_a_tension_is_true(seed):
     in_wind = case_of(text).analysis
     few, many = (variances_of(in_wind, count) for count in (64, 160))
     rows = [row for name, row in few.rows.items() if "tension" in name]
-    assert (np.abs(few.weighted["value"] - many.weighted["value"])[rows] <= few.error["value"][rows]).all()
-    assert (few.error["value"][rows] < 0.01 * few.weighted["value"][rows]).all()
+    assert (np.abs(few.weighted["value"] - many.weighted["value"])[rows] <= few.errors("value")[rows]).all()
+    assert (few.errors("value")[rows] < 0.01 * few.weighted["value"][rows]).all()
 
 
 def one_cable(length, to, damping, wind, area=1.5e-5, **model):
@@ -1021,9 +1021,8 @@ def test_the_stated_error_of_the_tension_of_one_cable_is_true_and_small(length, 
     every = case_of(one_cable(length, to, damping, wind, elements=8, order=12)).analysis
     found, true = in_wind.response.variances, variances_of(every, 1000)
     for kind in ("value", "rate"):
-        own, other, error = (part[kind] for part in (found.weighted, true.weighted, found.error))
-        assert (np.abs(own - other) <= error).all()
-    stated = found.error["value"] / (2 * found.weighted["value"])
+        assert (np.abs(found.weighted[kind] - true.weighted[kind]) <= found.errors(kind)).all()
+    stated = found.errors("value") / (2 * found.weighted["value"])
     assert (stated < most).all()
 
 
@@ -1104,7 +1103,7 @@ def test_the_stated_error_in_wind_along_a_level_cable_is_true():
     every = case_of(along_the_wind(elements=8, order=12)).analysis.with_midspans
     assert in_wind.closed_loop_of(100).gusts.strips[0].mesh.elements == 3
     found, true = (variances_of(one, count) for one, count in ((in_wind, 100), (every, 1000)))
-    own, other, error = (part["value"] for part in (found.weighted, true.weighted, found.error))
+    own, other, error = found.weighted["value"], true.weighted["value"], found.errors("value")
     assert (np.abs(own - other) <= error).all()
     assert (error < 5e-5 * own).all()
 

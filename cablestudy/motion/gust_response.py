@@ -7,7 +7,7 @@ Y (`wind.variance`), with the loop closed or with the winches at rest.
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -30,24 +30,34 @@ class Variances:
         Name of each output -> its index.
     weighted : dict
         "value", "rate" (of the derivative) and names of `seen_weights` -> variances, shape (o,).
-    errors_but_by_waves : dict
-        Estimated errors without those by waves, by the same names: of interpolation and of the model, shape (o,).
+    errors_by_model : dict
+        Estimated errors by interpolation and by the model, by the same names, shape (o,).
+    rates_beyond : callable, optional
+        Function without arguments -> errors of "rate" by what is above the integrals, shape (o,).
     errors_by_waves : callable, optional
         Function without arguments -> errors of tensions by waves, shape (w, o), for each of these names.
     """
 
     rows: dict
     weighted: dict
-    errors_but_by_waves: dict
+    errors_by_model: dict
+    rates_beyond: Callable | None = None
     errors_by_waves: Callable | None = None
 
+    def errors(self, name, tensions=True):
+        """Estimated errors of the variances `name` of `weighted`, shape (o,); by waves too if for `tensions`."""
+        errors = self.errors_by_model[name]
+        if name == "rate":
+            errors = errors + self._rates_beyond
+        return errors + self._errors_by_waves[name] if tensions and self.errors_by_waves else errors
+
     @cached_property
-    def error(self):
-        """Estimated errors by the same names, that of tensions by waves included: dict of ndarray, shape (o,)."""
-        if self.errors_by_waves is None:
-            return self.errors_but_by_waves
-        pairs = zip(self.errors_but_by_waves.items(), self.errors_by_waves(), strict=True)
-        return {name: error + by_waves for (name, error), by_waves in pairs}
+    def _rates_beyond(self):
+        return self.rates_beyond()
+
+    @cached_property
+    def _errors_by_waves(self):
+        return dict(zip(self.weighted, self.errors_by_waves(), strict=True))
 
     def sum_of(self, name, outputs):
         """Sum of the variances `name` of `weighted` of some named outputs."""
@@ -55,8 +65,8 @@ class Variances:
 
     def error_of(self, name, outputs):
         """Sum of the estimated errors of some named outputs, of the variances `name` of `weighted`."""
-        errors = self.error if any(".tension_" in output for output in outputs) else self.errors_but_by_waves
-        return errors[name][[self.rows[output] for output in outputs]].sum()
+        errors = self.errors(name, tensions=any(".tension_" in output for output in outputs))
+        return errors[[self.rows[output] for output in outputs]].sum()
 
 
 class GustResponse:
@@ -262,10 +272,9 @@ class GustResponse:
         rows = {name: row for row, name in enumerate(self.names)}
         if weights is not OWN:  # a telescope sees no tension
             return Variances(rows, values, errors)
-        errors["rate"] = errors["rate"] + self._rates_beyond
-        return Variances(rows, values, errors, lambda: self._tension_errors_by_waves(value, by_modes))
+        by_waves = partial(self._tension_errors_by_waves, value, by_modes)
+        return Variances(rows, values, errors, self._rates_beyond, by_waves)
 
-    @property
     def _rates_beyond(self):
         """Variances of rates above the highest frequency of the integrals at most, shape (o,).
 
