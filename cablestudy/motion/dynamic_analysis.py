@@ -37,7 +37,9 @@ class DynamicAnalysis:
     model : FixedModel or None
         Elements that the scene states; None where the scene states an accuracy.
     plants_and_loops : dict
-        `Plant` and `ClosedLoop` by keys, to be filled; cases of this equilibrium whose winds damp it alike share it.
+        To be filled; cases of this equilibrium whose winds damp it alike share it. Keys begin with what they are of:
+        ("plant", ...) -> `Plant`; ("closed loop", ...) -> `ClosedLoop`; ("loops", winches) -> `Plant.loops`;
+        ("number", tables) -> number of winches and actuators, or of the control, by which other keys name them.
     cables : Cables, optional
         Cables of this equilibrium, with damping.
     modes : dict
@@ -97,24 +99,25 @@ class DynamicAnalysis:
         NoSolutionError, ConvergenceError
             There are no modes to the accuracy.
         """
-        scene, (winches, control), shared = self.scene, self._keys, self.plants_and_loops
+        scene, (winches, control), shared = self.scene, self._numbers, self.plants_and_loops
         computed = max(count, computed)
-        plant_key = count, computed, responses, winches, self.midspans, self.points, self.airflow and self.airflow.side
-        if plant_key not in shared:
-            modes, loops = self._modes_of(computed).first(count), shared.setdefault(winches, {})
+        model = count, computed, responses, winches, self.midspans, self.points, self.airflow and self.airflow.side
+        plant, closed_loop = ("plant", *model), ("closed loop", *model, control)
+        if plant not in shared:
+            modes, loops = self._modes_of(computed).first(count), shared.setdefault(("loops", winches), {})
             arguments = scene, self.equilibrium, self.airflow, modes, self.sizes.accuracy, self.model
             others = {"midspans": self.midspans, "points": self.points, "mean_drag": self.mean_drag}
-            shared[plant_key] = Plant(*arguments, loops=loops, responses=responses, **others)
-        if (*plant_key, control) not in shared:
-            shared[*plant_key, control] = ClosedLoop(scene, shared[plant_key])
-        return shared[*plant_key, control]
+            shared[plant] = Plant(*arguments, loops=loops, responses=responses, **others)
+        if closed_loop not in shared:
+            shared[closed_loop] = ClosedLoop(scene, shared[plant])
+        return shared[closed_loop]
 
     @cached_property
-    def _keys(self):
+    def _numbers(self):
         """Numbers of the winches with the actuators, and of the control: equal for cases where these are equal."""
         scene, shared = self.scene, self.plants_and_loops
         winches = tuple(scene.winches.items()), tuple(scene.actuators.items())
-        return [shared.setdefault(tables, len(shared)) for tables in (winches, scene.control)]
+        return [shared.setdefault(("number", tables), len(shared)) for tables in (winches, scene.control)]
 
     def _modes_of(self, count):
         """`CoupledModes`, the lowest `count` of them with damping; raises as `closed_loop_of`."""
