@@ -20,7 +20,7 @@ from test_windrms import paper_loop
 from cablestudy.study import plots
 from cablestudy.study.columns import find
 from cablestudy.study.loop_in_time import TimeOptions, time_case
-from cablestudy.study.loop_report import curves
+from cablestudy.study.loop_report import curves, unwrapped_phase
 from cablestudy.study.one_cable.case import CableCase
 
 LENGTH, TIME, TURN = 99.0, 0.002, 2 * np.pi
@@ -222,6 +222,31 @@ def test_the_response_has_a_row_at_each_resonance():
     assert np.abs(np.geomspace(0.1, 10, 20)[:, None] - frequency).min(axis=1).max() < 1e-12
     peak = case_of().analysis.margin("sensitivity_peak")[0]
     assert max(row["sensitivity_dB"] for row in rows) > 20 * np.log10(peak) - 0.2
+
+
+def test_the_phase_of_a_delay_is_known_between_frequencies_that_are_far_apart():
+    frequency = np.geomspace(0.1, 300, 12)
+    lag, delay = 1j * TURN * frequency, 0.2  # of a first-order lag of 1 s
+    phase = unwrapped_phase(frequency, np.exp(-delay * lag) / (1 + lag), delay)
+    assert phase == pytest.approx(-np.degrees(np.arctan(TURN * frequency)) - 360 * delay * frequency, abs=1e-9)
+
+
+def test_the_phase_of_a_long_delay_has_few_marks_at_odd_multiples_of_180_degrees():
+    analysis = case_of("winch.delay=150 ms").analysis
+    figure = plots.loop_margins(analysis.loop_for_margins, (0.01, 300.0, 1500))
+    axes = figure.axes[1]
+    marks = [mark for mark in axes.get_yticks() if axes.get_ylim()[0] < mark < axes.get_ylim()[1]]
+    lines = [line.get_ydata()[0] for line in axes.lines if line.get_linestyle() == "--"]
+    assert len(marks) == len({*marks} & {*lines}) <= 5
+    assert np.mod(marks, 360) == pytest.approx([180] * len(marks))
+
+
+def test_a_loop_that_is_not_judged_has_its_table_without_its_picture_and_one_reason(tmp_path):
+    sets = with_sets("winch.delay=500 ms", "winch.controller.gain=5 rad/s")
+    done = run("loop", CARLINA, *sets, "--plot", tmp_path / "loop.svg", code=3)
+    assert done.err.count("is not judged at a gain of 5 rad/s") == 1
+    assert "largest gain" in done.out
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_gust_is_a_multiple_of_the_turbulence_and_shown_as_asked():

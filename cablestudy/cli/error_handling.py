@@ -8,7 +8,7 @@ import click
 
 from cablestudy.activity import ActivityDisplay, end_display
 from cablestudy.cli.tables import check_columns, check_one_table, show, show_tables, while_it_is_read
-from cablestudy.errors import CablestudyError, NothingToDrawError, SceneError, one_line, printable
+from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError, SceneError, one_line, printable
 
 FAILED_CHECK, WRONG_USE, NO_ANSWER, INTERRUPTED = 1, 2, 3, 130
 
@@ -97,8 +97,9 @@ def finish(scene, answer, style, plot=None, explain=False, quiet=False):
         try:
             answer.save_figure(plot)
             echo_notes([f"written: {plot}"], quiet)
-        except NothingToDrawError as error:
-            click.echo(f"{scene}: {one_line(error)}", err=True)
+        except (ConvergenceError, NoSolutionError) as error:
+            if (reason := one_line(error)) not in answer.failures:
+                click.echo(printable(f"{scene}: {reason}"), err=True)
             code = NO_ANSWER
     if answer.table is not None:
         show(answer.table, style)

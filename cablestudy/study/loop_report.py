@@ -133,6 +133,15 @@ def decibels(value):
         return 20 * np.log10(np.abs(value))
 
 
+def unwrapped_phase(frequency, value, delay):
+    """Phase of a response, unwrapped; that of a delay, by which it turns, is known between frequencies too. [deg]
+
+    `value` is complex, of the response at frequencies [Hz], with a delay [s] as a factor; shape (m,) as the phase.
+    """
+    turns = delay * frequency
+    return Phase()(value * np.exp(2j * np.pi * turns)) - 360 * turns
+
+
 def response_table(closed_loop, span):
     """Table over frequency of the loop gain L, the sensitivity S and the complementary sensitivity T of a loop.
 
@@ -147,7 +156,9 @@ def response_table(closed_loop, span):
         magnitudes = decibels(singular_values(value)).T
         if len(magnitudes) == 1:
             columns[Field(f"{name}_dB", title, "dB")] = magnitudes[0]
-            columns[Field(f"{name}_phase_deg", f"{title} phase", "deg")] = Phase()(value[:, 0, 0])  # unwrapped
+            delay = 0.0 if name == "sensitivity" else closed_loop.loop.law.delay  # the two others have it as a factor
+            phase = unwrapped_phase(frequency, value[:, 0, 0], delay)
+            columns[Field(f"{name}_phase_deg", f"{title} phase", "deg")] = phase
         else:
             columns[Field(f"{name}_largest_dB", f"{title} largest", "dB")] = magnitudes[0]
             columns[Field(f"{name}_smallest_dB", f"{title} smallest", "dB")] = magnitudes[-1]

@@ -6,11 +6,17 @@ import numpy as np
 from matplotlib.ticker import MultipleLocator
 
 import cablestudy.study.plots.style as style
-from cablestudy.control.response import Phase
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import ConvergenceError, NoSolutionError, NothingToDrawError
 from cablestudy.study.loop_in_time import MILLI
-from cablestudy.study.loop_report import curves, decibels, drawn_frequencies, loop_gain, singular_values
+from cablestudy.study.loop_report import (
+    curves,
+    decibels,
+    drawn_frequencies,
+    loop_gain,
+    singular_values,
+    unwrapped_phase,
+)
 from cablestudy.study.plots.words import axis_label, with_minus
 
 SPAN_BELOW, SPAN_ABOVE = 0.02, 3.0  # ends of the default range over the lowest and highest frequency marked
@@ -18,7 +24,7 @@ CURVE_POINTS = 1500  # of a curve, without those near resonances
 LEAST_MAGNITUDE = -100.0  # magnitude that is drawn [dB]
 LINE_HEIGHT = 0.052  # height of a line of text beside the Nyquist plot, over that of the plot
 NYQUIST_HALF = 2.2  # half width of the Nyquist plot [-]
-WIDE_PHASES = 540.0  # range of phases from which marks are 180 degrees apart [deg]
+WIDE_PHASES, WIDEST_PHASES = 540.0, 1440.0  # range of phases from which marks are 180, 360 degrees apart or more [deg]
 LEGEND = {"fontsize": 8, **style.BOX}
 ARROW = {"arrowstyle": "<->", "lw": 1.2, "shrinkA": 0, "shrinkB": 0}  # of a margin
 NO_LOOP = "the gain of the loop is zero: there is nothing to draw"
@@ -116,13 +122,19 @@ def _phase_label(margins):
 
 
 def _phase(axes, closed_loop, frequency, value):
-    """Draw the phase of the loop gain of one coordinate, lines at odd multiples of 180 degrees, and its margin."""
-    phase = Phase()(value)
+    """Draw the phase of the loop gain of one coordinate, lines at odd multiples of 180 degrees, and its margin.
+
+    Where the phase falls over many turns, as by a delay, only some of these lines are drawn, and marked.
+    """
+    phase = unwrapped_phase(frequency, value, closed_loop.loop.law.delay)
     axes.semilogx(frequency, phase, color=style.BLUE, lw=1.3)
     low, high = np.nanmin(phase), np.nanmax(phase)
-    axes.yaxis.set_major_locator(MultipleLocator(90 if high - low < WIDE_PHASES else 180))
+    turns = int(np.ceil((high - low) / WIDEST_PHASES))  # between two lines, so that these are few
+    marks = (90 if high - low < WIDE_PHASES else 180) if turns <= 1 else 360 * turns
+    axes.yaxis.set_major_locator(MultipleLocator(marks, offset=0 if turns <= 1 else -180))
     for turn in np.arange(np.floor((low - 180) / 360), np.ceil((high + 180) / 360) + 1):
-        axes.axhline(-180 + 360 * turn, color=style.GREY, lw=0.8, ls="--")
+        if turn % max(turns, 1) == 0:
+            axes.axhline(-180 + 360 * turn, color=style.GREY, lw=0.8, ls="--")
     axes.set_ylim(min(low, -180) - 20, max(high, low + 90) + 20)
     axes.set_ylabel("phase of L [deg]")
     stability, crossover = closed_loop.stability, closed_loop.stability.margins.gain_crossover
