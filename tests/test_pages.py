@@ -484,6 +484,13 @@ def test_wide_tables_are_split_and_long_ones_cut():
     assert {row[k] for rows in page.tables.values() for row in rows for k in range(11)} >= {f"c{k}" for k in range(30)}
 
 
+def test_short_words_are_not_broken_into_lines_and_longer_texts_are():
+    fields = tuple(Field(name, name) for name in ("number", "type", "note"))
+    table = Table(fields, [{"number": k, "type": "out-of-plane", "note": 5 * "a note "} for k in (1, 2)])
+    cells = [known.get("class") for tag, known in Page(table_html(table, "modes")).attributes if tag == "td"]
+    assert cells == 2 * ["word", None]
+
+
 def test_values_are_shown_as_they_may_be_written():
     assert written([1, "2 m", {"a": [True, None]}]) == "[1, 2 m, {a: [true, null]}]"
     assert flat({"a": {"b": 1, "c": {}}, "d": [2]}) == {"a.b": 1, "a.c": {}, "d": [2]}

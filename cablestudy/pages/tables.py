@@ -32,7 +32,7 @@ def columns_of(heads, rows, right=()):
 
 def grid_html(columns, caption):
     """HTML of a table of `CellColumn`, in a box that scrolls if it is too wide: str."""
-    kinds = ["number" if column.right else "" for column in columns]
+    kinds = [_kind(column) for column in columns]
     heads = [element("th", column.head, scope="col", class_=kind) for column, kind in zip(columns, kinds, strict=True)]
     foot = [column.foot for column in columns]
     rows = list(zip(*(column.cells for column in columns), strict=True))
@@ -44,6 +44,13 @@ def grid_html(columns, caption):
     ]
     kind = "short" if len(rows) <= PAGES.unbroken_rows else ""
     return boxed(element("table", "\n".join(parts), class_=kind), caption)
+
+
+def _kind(column):
+    """Class of CSS of a `CellColumn`: of numbers, or of words that stay on one line; empty for longer texts."""
+    if column.right:
+        return "number"
+    return "word" if max(map(len, column.cells), default=0) <= PAGES.unbroken_characters else ""
 
 
 def _line(cells, kinds):

@@ -19,6 +19,7 @@ class PagesTolerances:
     turned_columns: int = 8  # a table of more columns has a line for each of them, not for each row,
     turned_rows: int = 6  # if it has at most so many rows, which stand side by side then
     unbroken_rows: int = 20  # of a table that print does not break
+    unbroken_characters: int = 24  # of texts of a column that are not broken into lines, such as out-of-plane
 
     # ---------------------------------------------------------------------------------------------- texts
 
