@@ -144,6 +144,8 @@ def test_names_in_a_study_are_relative_to_the_study(folder):
         ("base: scene.yaml\ncolumns: [sag, 5, a, sag]", "2:16: columns.1: expected text, got 5"),
         ("base: absent.yaml\ncolumns: [sag]", "1:7: base: absent.yaml: no such file"),
         (HEAD + "colums: 1", "3:1: colums: unknown key (did you mean columns?)"),
+        ("base: scene.yaml\ncolumn: [sag]\nplot: {x: sag, y: sag}", "2:1: column: unknown key (did you mean columns?)"),
+        ("bas: scene.yaml\ncolumns: [sag]", "1:1: bas: unknown key (did you mean base?)"),
         (HEAD + "reference: absent.csv", "3:12: reference: absent.csv: no such file"),
         (HEAD + "plot: {x: sag}", "3:7: plot: missing key: y"),
         (HEAD + "plot: {x: sag, y: sag, logx: 1}", "3:30: plot.logx: expected true or false, got 1"),
@@ -259,7 +261,7 @@ def test_a_set_option_that_the_study_varies_is_refused():
 
 def test_a_study_upon_a_study_is_refused():
     write("scene.yaml", SCENE + "vary: []\n")
-    assert mistakes_of(HEAD) == ["scene.yaml:7:1: this is a study (it has the key vary): use 'cablestudy sweep'"]
+    assert mistakes_of(HEAD) == ["scene.yaml:7:1: this is a study (it has the key vary): a base must be a scene"]
 
 
 def test_at_most_100_mistakes_are_shown():

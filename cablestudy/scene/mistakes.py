@@ -158,9 +158,10 @@ def _wrong_word_message(expected, value):
 
 def _unknown_key_message(path, tables):
     """The message on an unknown key, with the keys that may be meant."""
-    known = keys_at(path[:-1], tables)
-    meant = _same_key_elsewhere(path, tables) or [key for key in MEANT.get(path[-1], ()) if key in known]
-    return f"unknown key (did you mean {' or '.join(meant)}?)" if meant else unknown_key(path[-1], known)
+    known, name = keys_at(path[:-1], tables), path[-1]
+    plural = [key for key in known if name in (f"{key}s", key.removesuffix("s"))]
+    meant = plural or _same_key_elsewhere(path, tables) or [key for key in MEANT.get(name, ()) if key in known]
+    return f"unknown key (did you mean {' or '.join(meant)}?)" if meant else unknown_key(name, known)
 
 
 def _wrong_length_messages(kind, context, value):

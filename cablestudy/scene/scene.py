@@ -177,6 +177,16 @@ def is_suspension(document):
     return any(key in document.given for key in ("cables", "bodies", "points"))
 
 
+def refuse_study(document, is_base=False):
+    """Refuse a document, or the base of a study, that has a key of studies: SceneError, at that key."""
+    for key in STUDY_KEYS:
+        if key in document.value:
+            place = document.place((key,), of_key=True)
+            is_base = is_base or place.name != document.name
+            advice = "a base must be a scene" if is_base else "use 'cablestudy sweep'"
+            raise refuse(place, f"this is a study (it has the key {key}): {advice}")
+
+
 def read_scene(document):
     """Check a document with its base files merged, and convert it to a `CableScene` or `SuspensionScene` in SI.
 
@@ -185,9 +195,7 @@ def read_scene(document):
     for key in STUDY_KEYS:
         if document.is_override((key,)):
             raise refuse(document.place((key,), of_key=True), OF_STUDY, key)
-        if key in document.value:
-            place = document.place((key,), of_key=True)
-            raise refuse(place, f"this is a study (it has the key {key}): use 'cablestudy sweep'")
+    refuse_study(document)
     if is_suspension(document):
         from cablestudy.scene.suspension import read_suspension
 

@@ -16,7 +16,7 @@ from cablestudy.scene.layers import mapping_at, replaced_by, split_key
 from cablestudy.scene.likely_mistakes import likely_mistakes
 from cablestudy.scene.mistakes import at_most, findings, in_order, located
 from cablestudy.scene.sampling import Sample
-from cablestudy.scene.scene import CableScene, read_scene
+from cablestudy.scene.scene import CableScene, read_scene, refuse_study
 from cablestudy.scene.strict_yaml import mistake, refuse
 from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.scene.tolerances import SCENE
@@ -90,6 +90,7 @@ class StudyTable(KeyTable):
 SCENE_KEYS = CableScene.model_fields.keys() | SuspensionScene.model_fields.keys()
 OF_SCENE = "unknown key of a study: it is one of a scene, which set changes by dotted keys, as set: {gravity: 9.8}"
 STUDY_KEYS = StudyTable.model_fields.keys() - {"base"}
+STAND_INS = {"base": "-", "columns": ("status",)}  # for keys that are needed, where they are missing or wrong
 TABLES = tables_of(StudyTable)
 
 
@@ -258,8 +259,9 @@ def study_of(source, sets=(), vary=(), further_check=None):
     _refuse_scene(source)
     table, found = _read_table(source)
     mistakes = Mistakes()
-    base = None if "base" in _top_level(found) else _read_base(source, table.set, sets, mistakes)
-    wrong_keys, options = {"base"} if mistakes else set(), ()
+    wrong_keys, options = _top_level(found) | STAND_INS.keys() - source.value.keys(), ()
+    base = None if "base" in wrong_keys else _read_base(source, table.set, sets, mistakes)
+    wrong_keys |= {"base"} if mistakes else set()
     case_names = partial(_case_names, base)
     entries, found_in_entries = entries_of(table, source, case_names)
     found += [*found_in_entries, *_missing_reference(source, table)]
@@ -304,6 +306,8 @@ def _read_base(source, fixed, sets, mistakes):
     if document is None:
         return None
     with mistakes.at():
+        refuse_study(document, is_base=True)
+    with mistakes.at():
         document = document.with_sets(
             [(key, value, partial(source.place, ("set", key))) for key, value in fixed.items()]
         )
@@ -321,9 +325,8 @@ def _read_table(source):
     except ValidationError as error:
         found = findings(error, source.value, TABLES)
     wrong = _top_level(found)
-    stand_in = {"base": "-", "columns": ("status",)}  # for keys that are needed
     right = {key: value for key, value in given.items() if key in known and key not in wrong}
-    return StudyTable.model_validate(stand_in | right), found
+    return StudyTable.model_validate(STAND_INS | right), found
 
 
 def _top_level(found):
