@@ -186,7 +186,7 @@ def test_a_reference_with_a_delay_by_the_method_of_steps():
     delay = 1e4 / NATURAL
     gain, damped = 0.6 / delay, f"cable.damping={{model: kelvin_voigt, time: {1 / NATURAL!r} s}}"
     law = f"winch.controller={{gain: {gain!r} rad/s, notch: none}}", f"winch.delay={delay!r} s"
-    time = np.linspace(0, 6 * delay, 31)
+    time = np.linspace(0, 6 * delay, 2401)
     found = in_time(case_of(*SPRING, damped, *law), "reference", time, "1 m")
     expected = sum(-((-gain * np.maximum(time - n * delay, 0)) ** n) / factorial(n) for n in range(1, 7))
     # a corner in time has no end in frequency
@@ -194,6 +194,26 @@ def test_a_reference_with_a_delay_by_the_method_of_steps():
     assert np.abs(found.measured - expected)[np.abs(time / delay % 1 - 0.5) < 0.35].max() < 1e-3
     error = np.abs(found.measured - expected).max() / np.abs(expected).max()
     assert error < found.errors[0] < 10 * error
+
+
+@pytest.mark.parametrize("delays", [1.6, 1.6001])  # the delay is a point of time, or just before one
+def test_the_corner_of_a_winch_behind_a_delay_has_the_stated_error(delays):
+    """Until twice the delay a winch behind a lag answers a step of the reference by the law alone."""
+    delay, lag, gain, proportional = 0.05, TURN * 3, 0.4, 0.1
+    parts = f"{{gain: {gain}, proportional_gain: {proportional}, notch: none}}"
+    law = f"winch.controller={parts}", f"winch.delay={delay} s", f"winch.bandwidth={lag / TURN!r} Hz"
+    damped = f"cable.damping={{model: kelvin_voigt, time: {1 / NATURAL!r} s}}"
+    case = CableCase(scene(*SPRING, damped, *law))
+    options = TimeOptions(f"{delays * delay!r} s:2001", "reference", "1 m")
+    found, time = time_case(None, case.scene, case.analysis.closed_loop, options).response, options.times
+    later = np.maximum(time - delay * (1 + 1e-12), 0)
+    risen = -np.expm1(-lag * later)
+    expected = proportional * risen + gain * (later - risen / lag)
+    error = np.abs(found.winch[:, 0] - expected).max() / expected.max()
+    assert 0.1 * found.errors[1] < error < found.errors[1]
+    if delays == 1.6:
+        assert not found.winch[:1251].any()
+        assert found.winch_speed[1250, 0] == pytest.approx(proportional * lag, rel=1e-12)
 
 
 # ----------------------------------------------------------------------------------------------------- the command

@@ -142,20 +142,25 @@ class TimeResponse:
         values = {name: getattr(self, name) for name in names}
         return replace(self, **{name: None if value is None else factor * value for name, value in values.items()})
 
-    def after_delay(self, early):
-        """Response whose winches rest before a delay has passed, at points of time of boolean shape (m,).
+    def after_delay(self, delay, time):
+        """Response whose winches rest until a delay [s] has passed, at its points of time, shape (m,). [s]
 
-        The displacement is then that without the loop. Both are exact; approximants of the delay answer at once, with
-        small ripples. Only the speeds at once after a jump of the input they have too early, not wrong.
+        The displacement is then that without the loop. Both are exact, and so is the speed at the point of time at
+        which the delay has passed; approximants of the delay answer at once, with ripples. Only the speeds at once
+        after a jump of the input they have too early, not wrong.
         """
+        if not delay:
+            return self
+        tolerance = CONTROL.component_begin * time[1]
+        resting, jumping = time <= delay + tolerance, np.abs(time - delay) <= tolerance
         open_loop = np.zeros_like(self.measured) if self.open_loop is None else self.open_loop
-        winch, winch_speed = (np.where(early[:, None], 0.0, value) for value in (self.winch, self.winch_speed))
+        jump = np.where(jumping[:, None], self.speed_at_jump, 0.0)
         return replace(
             self,
-            measured=np.where(early, open_loop, self.measured),
-            winch=winch,
-            winch_speed=winch_speed,
-            speed_at_jump=np.where(early.all(), 0.0, self.speed_at_jump),
+            measured=np.where(resting, open_loop, self.measured),
+            winch=np.where(resting[:, None], 0.0, self.winch),
+            winch_speed=np.where(resting[:, None], jump, self.winch_speed),
+            speed_at_jump=np.where(time[-1] < delay - tolerance, 0.0, self.speed_at_jump),
         )
 
     @property

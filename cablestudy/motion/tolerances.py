@@ -126,6 +126,9 @@ class MotionTolerances:
     # and ratio of gains up to which finer elements may change which of two poles crosses first
     limit_of_finer: float = 1.25
     largest_gain_safety: float = 2.0  # on the change of the largest gain
+    # error of a response in time over its change by twice as many approximants of a delay: 2.1 at a corner. N of them,
+    # of order [8/8], are right up to a frequency as N^(16/17), and a corner is wrong by its inverse
+    more_approximants: float = 2.5
     # relative distance of frequencies about one that decides a margin, by which it changes with the model
     margin_window: float = 0.2
     # frequency of a mode over the highest resolved one, from which its pole may lie above that
