@@ -197,3 +197,23 @@ def test_light_bodies_and_insulators_in_a_storm_are_within_their_stated_errors(s
     movement = np.linalg.norm([row.values[axis] - expected[axis] for axis in axes])
     for axis in axes:
         assert row.errors[axis] * abs(row.values[axis]) < 2 * movement + 1e-7
+
+
+@pytest.mark.parametrize("seed", campaign([1, 4, 5, 7], [5]))
+def test_mean_displacements_of_light_bodies_on_slack_cables_are_within_their_stated_errors(seed):
+    """The drag on a slack cable swings to and fro from turn to turn, and bends where it has next to no tension."""
+    data = scene_data(seed, storm=True)
+    for key in ("case", "cases"):
+        del data[key]
+    wind = {"speed": 5.0, "direction": 0.5}
+    data["wind"] = wind | {"turbulence_intensity": 0.1, "length_scale": 50.0}
+    case = case_of(data)
+    found, error = np.transpose([case.mean_displacement("box", axis) for axis in range(3)])
+    forces = {"box": {"force": [0.0] * 3, "moment": [0.0] * 3}, "box.tip": [0.0] * 3}
+    nothing = {"loads": {}, "moves": {}, "ice": {"on": []}, "forces": forces, "temperature": 288.15}
+    data["cases"] = {"day": nothing | {"wind": wind}}
+    before, after = case.analysis.without_wind, case.analysis.equilibrium
+    expected = Truth(data, after.end_forces[:, 0]).columns(after.position[0], after.rotation[0])
+    moved = [expected[f"box.{axis}"] for axis in "xyz"] - before.position[0]
+    assert (np.abs(found - moved) <= error * np.abs(found) + 1e-7).all()
+    assert (error < 1e-5).all()

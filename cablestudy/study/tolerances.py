@@ -55,9 +55,10 @@ class StudyTolerances:
     plain_movements: int = 3  # the first ones follow from the stiffness alone,
     combined_movements: int = 5  # others are combined from so many,
     drag_movement: float = 0.05  # and none is longer than this share of the longest cable
-    following_drag_steps: int = 10  # the same where the changes are no errors but loads
-    # error of the pose that these lead to, by Gauss's rule, over the movement that they cause; of cables twice as long
-    # as their chord it is 2e-6
+    # where the movement by actual drag is no error but counted in: what the last step may change of it,
+    settled_following_drag: float = 1e-6
+    following_drag_parts: int = 12  # parts of pieces of cables, each with Gauss's rule,
+    # and the error of such a movement over its size
     following_drag: float = 1e-5
     push_steps: int = 200  # of the search for the position of a pushed end
     epsilon: float = 4e-16  # rounding of one number

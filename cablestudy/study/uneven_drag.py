@@ -169,14 +169,15 @@ class Pieces:
     weights: np.ndarray  # (n, j, 1): they add up to 1 [-]
 
     @classmethod
-    def of(cls, catenary):
-        """The `Pieces` of n cables between their loads, and on both sides of mid-length."""
+    def of(cls, catenary, parts=1):
+        """The `Pieces` of n cables between their loads, and on both sides of mid-length, each in equal parts."""
         nodes, weights = np.polynomial.legendre.leggauss(CABLE.drag_points_of_piece)
         loaded = np.pad(catenary.span.load_forces.any(axis=-1), ((0, 0), (1, 1)), constant_values=True)
         edges = np.where(loaded, catenary.edges, 1.0)
         edges = np.sort(np.concatenate([edges, np.full((len(edges), 1), 0.5)], axis=-1), axis=-1)
-        width = np.diff(edges, axis=-1)
-        points = edges[:, :-1, None] + width[..., None] * (1 + nodes) / 2
+        width = np.repeat(np.diff(edges, axis=-1) / parts, parts, axis=-1)
+        begins = np.repeat(edges[:, :-1], parts, axis=-1) + width * np.tile(np.arange(parts), edges.shape[1] - 1)
+        points = begins[..., None] + width[..., None] * (1 + nodes) / 2
         of_points = width[..., None] * weights / 2
         return cls(width, points.reshape(len(points), -1), of_points.reshape(len(points), -1, 1))
 
@@ -344,11 +345,14 @@ def uneven_drag_errors(cables, held, ends=None, moved=None):
 
 
 @np.errstate(over="ignore", invalid="ignore")  # of a soft cable that the drag stretches without end
-def settled_changes(cables, ends=None, start=None):
-    """`ChangesByDrag` of `CablesInDrag`, in more turns where few do not settle them; parameters as of `changes`."""
+def settled_changes(cables, ends=None, start=None, settled=STUDY.settled_drag):
+    """`ChangesByDrag` of `CablesInDrag`, in more turns where few do not settle them; parameters as of `changes`.
+
+    `settled` is the `unsettled` that is left at most where these turns suffice.
+    """
     changes = cables.changes(ends, start)
     for steps, share in STUDY.further_drag_steps:
-        unsettled = np.flatnonzero(changes.unsettled > STUDY.settled_drag)
+        unsettled = np.flatnonzero(changes.unsettled > settled)
         if not len(unsettled):
             break
         of_these, their_ends = take_rows(cables, unsettled), None if ends is None else ends[unsettled]

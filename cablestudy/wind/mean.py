@@ -22,7 +22,6 @@ import numpy as np
 from cablestudy.cable.records import take_rows
 from cablestudy.cable.steady_drag import Profile
 from cablestudy.cable.vectors import size
-from cablestudy.statics import tangent
 from cablestudy.statics.descent import DISAGREED, ROUNDED
 from cablestudy.statics.equilibria import pose
 from cablestudy.statics.tangent import GROUND
@@ -122,7 +121,7 @@ def _where_case(mask, values, others):
     return np.where(mask.reshape(mask.shape + (1,) * (np.ndim(others) - mask.ndim)), values, others)
 
 
-def equilibrium_in_wind(without_wind, drag, end_forces=None):
+def equilibrium_in_wind(without_wind, drag):
     """Find the equilibrium in the mean wind, with the unstretched lengths of the equilibrium without wind.
 
     The forces of the wind are computed at one equilibrium, the next equilibrium is found under them, and so on until
@@ -134,9 +133,6 @@ def equilibrium_in_wind(without_wind, drag, end_forces=None):
         With any axes of cases.
     drag : Drag
         With the same axes.
-    end_forces : callable, optional
-        Equilibrium -> further forces on what holds the ends of the cables, shape (..., c, 2, 3), found again with the
-        others. [N]
 
     Returns
     -------
@@ -164,7 +160,7 @@ def equilibrium_in_wind(without_wind, drag, end_forces=None):
     ended, close = np.zeros(shape, dtype=bool), np.zeros(shape, dtype=bool)
     least_change, reason = np.full(shape, np.inf), np.full(shape, DISAGREED)
     for _ in range(WIND.mean_wind_equilibria):
-        new_inputs = _inputs_in_wind(suspension, equilibrium, drag, end_forces)
+        new_inputs = _inputs_in_wind(suspension, equilibrium, drag)
         if ended.any():  # a case that has ended keeps its digits while others go on
             new_inputs = {name: _where_case(ended, inputs[name], new) for name, new in new_inputs.items()}
         if inputs:
@@ -193,14 +189,11 @@ def equilibrium_in_wind(without_wind, drag, end_forces=None):
     return replace(equilibrium, record=replace(equilibrium.record, reason=reason[()]))
 
 
-def _inputs_in_wind(suspension, equilibrium, drag, end_forces):
+def _inputs_in_wind(suspension, equilibrium, drag):
     """Fields of the `SuspendedSystem` for the next search: loads by the wind on an equilibrium, and the start; dict."""
     force, eccentric = body_loads(drag, equilibrium.position, equilibrium.rotation)
     if suspension.eccentric_loads is not None:
         eccentric = eccentric + suspension.eccentric_loads
-    if end_forces is not None:
-        by_cables = _on_bodies(suspension, end_forces(equilibrium))
-        force, eccentric = force + by_cables[0], eccentric + by_cables[1]
     return {
         "force": suspension.force + force,
         "eccentric_loads": eccentric,
@@ -208,16 +201,6 @@ def _inputs_in_wind(suspension, equilibrium, drag, end_forces):
         "position": equilibrium.position,
         "rotation": equilibrium.rotation,
     }
-
-
-def _on_bodies(suspension, forces):
-    """Sum of forces at the ends of cables on each body, (..., b, 3), and of their eccentric loads, (..., b, 3, 3)."""
-    ends = np.stack(tangent.held_ends(suspension))
-    cable, end, body = ends[:, ends[0] < forces.shape[-3]]  # cables come before links
-    arm, forces = suspension.attachment[..., cable, end, :], forces[..., cable, end, :]  # the arm in body axes
-    eccentric = (arm[..., :, None] * forces[..., None, :]).reshape(*forces.shape[:-1], 9)
-    total = tangent.on_bodies(np.concatenate([forces, eccentric], axis=-1), body, len(suspension.body_names))
-    return total[..., :3], total[..., 3:].reshape(*total.shape[:-1], 3, 3)
 
 
 def _combined_loads(tried):

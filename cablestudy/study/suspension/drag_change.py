@@ -1,8 +1,9 @@
 """Change of suspensions in a steady wind by drag that varies along each cable, in place of uniform drag.
 
-It is the error of all that takes the drag as uniform: `DragChange`. The actual drag changes the forces of each cable on
-its ends (`CablesInDrag`), and these move the bodies, until all is in equilibrium again: a light body may move far by a
-small change of the forces, or turn, and a cable that swings takes another drag.
+It is the error of all that takes the drag as uniform: `DragChange`. Mean displacements in the wind count it in:
+`Poses`. The actual drag changes the forces of each cable on its ends (`CablesInDrag`), and these move the bodies, until
+all is in equilibrium again: a light body may move far by a small change of the forces, or turn, and a cable that swings
+takes another drag.
 """
 
 from dataclasses import dataclass, fields, replace
@@ -19,6 +20,7 @@ from cablestudy.study.tolerances import STUDY
 from cablestudy.study.uneven_drag import (
     CablesInDrag,
     DragErrors,
+    Pieces,
     bounded_errors,
     largest_ratio,
     movement_errors,
@@ -133,6 +135,69 @@ def drag_change(equilibrium, drag):
     return DragChange(errors.error.max(axis=-1), displacement, form_error, stiffness_error, links, of_blocks, errors)
 
 
+@dataclass(frozen=True)
+class Poses:
+    """Poses of the b bodies and free points of n cases.
+
+    Attributes
+    ----------
+    position : ndarray, shape (n, b, 3)
+        [m]
+    rotation : ndarray, shape (n, b, 3, 3)
+    uncertainty : ndarray, shape (n, b, 6)
+        Errors of positions [m] and attitudes [rad] by the drag.
+    followed : ndarray of bool, shape (n,)
+        True where the drag varies along the cables, as it does in reality. False where it is taken as uniform along
+        each cable; `uncertainty` is then an estimate of what this neglects.
+    """
+
+    position: np.ndarray
+    rotation: np.ndarray
+    uncertainty: np.ndarray
+    followed: np.ndarray
+
+
+def poses_in_following_drag(equilibrium, drag, uncertainty):
+    """Find where the bodies of suspensions are in a mean wind whose drag varies along each cable: `Poses`.
+
+    Cases without wind on a cable, or for which no equilibrium is found, keep the pose of `equilibrium`.
+
+    Parameters
+    ----------
+    equilibrium : Equilibrium
+        Of n cases, in the wind, the drag taken as uniform along each cable.
+    drag : Drag
+        The wind, and drag areas of cables and bodies.
+    uncertainty : ndarray, shape (n, b, 6)
+        Estimated errors of the poses of `equilibrium` by this. [m], [rad]
+
+    Returns
+    -------
+    Poses
+        Where a pose in the actual drag is found, its uncertainty is `STUDY.following_drag` times the given one.
+    """
+    not_followed = np.zeros(len(uncertainty), dtype=bool)
+    poses = Poses(equilibrium.position.copy(), equilibrium.rotation.copy(), uncertainty.copy(), not_followed)
+    drag_of_cables = drag_on_cables(drag, equilibrium)
+    rows = np.flatnonzero((drag_of_cables.normal_drag > 0).any(axis=-1) & equilibrium.record.converged)
+    if not len(rows):
+        return poses
+    rounding = tangent.motion_units(equilibrium.suspension) * equilibrium.uncertainty.pose
+    settled, least = STUDY.settled_following_drag, rounding[rows].max(axis=(-2, -1))
+    cables = equilibrium.lengths.shape[1]
+    of_rows = np.repeat(rows, cables), np.tile(np.arange(cables), len(rows))
+    in_wind, drag, catenary = equilibrium.take(rows), drag.take(rows), equilibrium.catenary.take(of_rows)
+    pieces = Pieces.of(catenary, STUDY.following_drag_parts)
+    in_drag = CablesInDrag.of(drag_of_cables.take(of_rows), catenary, drag.stretched, pieces)
+    movement, _, found = _search(in_wind, drag, in_drag, settled_changes(in_drag, settled=settled), settled, least)
+    found, movement = rows[found], movement[found]
+    poses.position[found] += movement[..., :3]
+    poses.rotation[found] += turn(movement[..., 3:]) @ poses.rotation[found]
+    poses.uncertainty[found] *= STUDY.following_drag
+    poses.followed[found] = True
+    return poses
+
+
 def _unknown_where_ends_move(errors, suspension, unknown):
     """`DragErrors` of the c cables of n cases, unknown with the poses of the bodies that hold them.
 
@@ -213,7 +278,7 @@ def _with_wind_on_moved_bodies(equilibrium, drag, movement, rotation):
     return replace(suspension, **loads)
 
 
-def _search(equilibrium, drag, cables, held):
+def _search(equilibrium, drag, cables, held, settled=STUDY.settled_drag, least=None):
     """Find how far the actual drag moves the bodies of n cases, and the form of their cables.
 
     Each movement follows from the net forces by the tangent stiffness, to which the drag is a dead load. Since the drag
@@ -225,6 +290,10 @@ def _search(equilibrium, drag, cables, held):
         As of `_moved_state`.
     held : ChangesByDrag
         Of the cables, their ends held.
+    settled : float
+        Share of the movement that the last step has at most. [-]
+    least : ndarray, shape (n,), optional
+        Steps that end the search however small the movement is. [m]
 
     Returns
     -------
@@ -240,11 +309,12 @@ def _search(equilibrium, drag, cables, held):
         return movement, held, np.ones(len(cases), dtype=bool)
     all_movements, all_changes, found = movement.copy(), copy_record(held), np.zeros(len(cases), dtype=bool)
     units, count = tangent.motion_units(suspension), equilibrium.lengths.shape[1]
+    least = STUDY.settled_drag * STUDY.no_drag * equilibrium.longest if least is None else least
     for step in range(STUDY.drag_movements):
         state = _moved_state(equilibrium, drag, cables, movement, changes)
         further, longest = units * _movement(equilibrium.suspension, state), equilibrium.longest
         of_step, of_all = (np.abs(moved).max(axis=(-2, -1)) for moved in (further, units * movement))
-        ended = state.balanced & (of_step <= STUDY.settled_drag * np.maximum(of_all, STUDY.no_drag * longest))
+        ended = state.balanced & (of_step <= np.maximum(settled * of_all, least))
         here, left = np.flatnonzero(ended), np.flatnonzero(~ended & np.isfinite(of_step))
         found[cases[here]], all_movements[cases[here]] = True, movement[here]
         assign_rows(all_changes, _of_cables(cases[here], count), take_rows(changes, _of_cables(here, count)))
@@ -253,7 +323,8 @@ def _search(equilibrium, drag, cables, held):
         if len(left) < len(cases):
             of_left = _of_cables(left, count)
             cables, changes = take_rows(cables, of_left), take_rows(changes, of_left)
-            cases, units, movement, further, longest = (x[left] for x in (cases, units, movement, further, longest))
+            cases, units, movement, further = (array[left] for array in (cases, units, movement, further))
+            longest, least = longest[left], least[left]
             tried = [[array[left] for array in both] for both in tried]
             equilibrium, drag = equilibrium.take(left), drag.take(left)
         now, most = units * movement, STUDY.drag_movement * longest
@@ -264,7 +335,7 @@ def _search(equilibrium, drag, cables, held):
             following = next_argument(flat[:, 0], flat[:, 1]).reshape(now.shape)
         movement = (now + _limited(following - now, most)) / units
         ends, _ = _ends_moved(equilibrium, movement)
-        changes = settled_changes(cables, ends[:, :count].reshape(-1, 2, 3), changes)
+        changes = settled_changes(cables, ends[:, :count].reshape(-1, 2, 3), changes, settled)
     return all_movements, all_changes, found
 
 

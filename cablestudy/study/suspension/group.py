@@ -18,9 +18,8 @@ from cablestudy.study.cable_columns import utilisation_of
 from cablestudy.study.one_cable.loaded_cables import LoadedCables
 from cablestudy.study.one_cable.results import Results
 from cablestudy.study.suspension.conductors import conductors_of
-from cablestudy.study.suspension.drag_change import drag_change, drag_on_cables
+from cablestudy.study.suspension.drag_change import Poses, drag_change, drag_on_cables, poses_in_following_drag
 from cablestudy.study.suspension.equilibrium_errors import EquilibriumErrors
-from cablestudy.study.suspension.following_drag import Poses, poses_in_following_drag
 from cablestudy.study.suspension.load_cases import (
     cables_left,
     loaded_state,
@@ -316,7 +315,7 @@ class Group:
         if equilibrium is self.equilibrium:
             not_followed = np.zeros(len(uncertainty), dtype=bool)
             return Poses(equilibrium.position, equilibrium.rotation, uncertainty, not_followed)
-        return poses_in_following_drag(self.equilibrium, equilibrium, drag, uncertainty)
+        return poses_in_following_drag(equilibrium, drag, uncertainty)
 
     @cached_property
     def mean_wind_uncertainty(self):
