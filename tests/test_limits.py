@@ -318,6 +318,19 @@ columns: [limit_margin, governing, mass]
 """
 
 
+def test_a_study_names_undecided_limits_among_its_notes():
+    """Limits above the tension in a storm by half of its stated error, and by twice that."""
+    value, error = value_and_error("storm", "max_tension_N")
+    limits = ", ".join(
+        f'{{that: "max_tension <= {value * (1 + share * error)!r} N", cases: [storm]}}' for share in (0.5, 2)
+    )
+    write("study.yaml", f"base: line.yaml\nvary: [{{limits.a: [{limits}]}}]\ncolumns: [limit_margin]\n")
+    lines = [line for line in run("sweep", "study.yaml", "--no-write", "--explain").lines if "undecided" in line]
+    assert len(lines) == 1
+    assert "row 1: " in lines[0]
+    assert "undecided: a (storm): the stated error is larger than the margin" in lines[0]
+
+
 def test_columns_of_a_study_through_every_store_and_format():
     write("study.yaml", STUDY)
     run("sweep", "study.yaml", "--quiet")

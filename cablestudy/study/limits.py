@@ -69,8 +69,13 @@ class Check:
     def warnings(self):
         """Tuple of lines: that the limit is not met, or that errors decide whether it is."""
         not_met = (f"{NOT_MET}: {self.governing}: {self.limit.that}",) if self.status == NOT_MET else ()
+        return (*not_met, *self.doubts)
+
+    @property
+    def doubts(self):
+        """Tuple of lines: that errors decide whether the limit is met."""
         reason = f"the stated error is larger than the margin: {self.limit.that}"
-        return (*not_met, *(f"undecided: {self._at(*term)}: {reason}" for term in self.undecided))
+        return tuple(f"undecided: {self._at(*term)}: {reason}" for term in self.undecided)
 
     def _at(self, case, cable):
         """Limit, load case and cable in words."""

@@ -60,15 +60,17 @@ def _rows_of_cases(scenes, limits):
 
 
 def _with_limits(row, checks):
-    """A `Row` with the cells of the columns of limits, from its item of `checks_of`."""
-    reason = checks.without_places if isinstance(checks, SceneError) else unanswered(checks)
+    """A `Row` with the cells of the columns of limits, and notes on undecided ones, from its item of `checks_of`."""
+    refused = isinstance(checks, SceneError)
+    reason = checks.without_places if refused else unanswered(checks)
+    doubts = () if refused else [line for check in checks for line in check.doubts]
     least = None if reason else min(checks, key=lambda check: check.margin)
     status = row.cells["status"]
     cells = {"limit_margin": least and least.margin, "governing": least and least.governing}
     if reason:
         cells["status"] = reason if has_answer(status) else f"{status}; {reason}"
     errors = {"limit_margin": least.margin_error} if least else {}
-    return replace(row, cells={**row.cells, **cells}, errors={**row.errors, **errors})
+    return replace(row, cells={**row.cells, **cells}, errors={**row.errors, **errors}, notes=(*row.notes, *doubts))
 
 
 def evaluate_tables(tables, columns, explain=False, estimate=False):
