@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import yaml
-from command import ROOT, run, table_of
+from command import ROOT, run, study_file, table_of
 from references.dense import cross
 from scipy.linalg import eigh
 from scipy.optimize import lsq_linear
@@ -97,6 +97,13 @@ def test_the_weight_of_the_ropes_hardly_changes_the_stiffness():
     expected = Straight(np.array([0.0, 0.0, 1.5]))
     diagonal = np.diag(expected.stiffness(expected.tensions()))
     assert np.diag(printed_stiffness()) == pytest.approx(diagonal, rel=1e-2)
+
+
+def test_a_reference_of_the_tensions_varies_as_a_number(tmp_path):
+    text = "vary: [{tensions.reference: [200 N, 0.3 kN]}]\ncolumns: [min_tension]\n"
+    study = study_file(tmp_path, text, ROBOT)
+    rows = table_of("sweep", study, "--no-write", "--where", "tensions.reference > 250 N")
+    assert [row["tensions.reference_N"] for row in rows] == [300.0]
 
 
 def test_a_pose_that_pulling_cables_cannot_hold_is_refused():

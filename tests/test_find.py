@@ -87,6 +87,11 @@ def of_sag(sag, density=DENSITY):
 # ------------------------------------------------------------------------------------------------------- the command
 
 
+def test_a_level_of_the_ground_is_found():
+    (row,) = table_of("find", CONFIGS / "guy.yaml", "clearance = -4 m", "--by", "ground", "--set", "ground=1 m")
+    assert row["ground_m"] == pytest.approx(4.0)  # the guy ends at z = 0
+
+
 def test_the_preload_of_a_sag():
     (row,), outcome = find("sag = 2 m", "--by", "cable.preload")
     level = of_sag(2.0)

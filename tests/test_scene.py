@@ -387,7 +387,7 @@ VECTORS = {
 
 
 def test_every_quantity_has_a_range_whose_products_do_not_overflow():
-    assert len(RANGES) == 109
+    assert len(RANGES) == 110
     for key, quantity in RANGES.items():
         ends = [abs(end) for end in (quantity.low, quantity.high, quantity.least) if end]
         assert 1e-30 <= min(ends) <= max(ends) <= 1e30, key  # so that products of ten are finite

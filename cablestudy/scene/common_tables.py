@@ -32,7 +32,7 @@ _level = Quantity("m", -1e9, 1e9)
 _profile = reader_of(Annotated[tuple[tuple[Coordinate, Coordinate], ...], Field(min_length=2, max_length=10_000)])
 _profile_schema = {"type": "array", "minItems": 2, "items": {"type": "array", "minItems": 2, "maxItems": 2}}
 Ground = Annotated[
-    float | tuple,
+    Annotated[float, _level] | tuple,
     Either("a level, or a list of [x, z]", (Either.of_number(_level), ((list, tuple), _profile, _profile_schema))),
 ]
 

@@ -263,7 +263,7 @@ class Link(KeyTable):
 
 _forces_schema = {"type": "object", "additionalProperties": _tension.schema()}
 ForceOrForces = Annotated[
-    float | dict[str, float],
+    Tension | dict[str, float],
     Either("a force, or a mapping of cable -> force", (
         Either.of_number(_tension), (dict, reader_of(dict[Name, Tension]), _forces_schema),
     )),
