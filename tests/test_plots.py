@@ -199,6 +199,15 @@ def test_a_load_out_of_the_plane_gets_a_panel_of_its_own():
     assert "upwards [mm]" in labels
 
 
+def test_of_two_loads_close_together_both_have_their_size_where_there_is_room():
+    loads = "cable.loads=[{fraction: 0.1, mass: 20 kg}, {fraction: 0.12, mass: 30 kg}]"
+    span = ("cable.ends=[[0, 0, 0], [1200 m, 0, 3 m]]", "cable.tension.value=25 %", "ground=-60 m")
+    figure = plots.static_form(case_of("line", *span, loads))
+    texts = {text.get_text() for text in figure.axes[0].texts}
+    assert {"196.2 N", "294.3 N"} <= texts  # 20 and 30 kg times 9.81 m/s^2
+    assert faults(figure) == []
+
+
 def test_sizes_of_loads_close_together_do_not_overlap():
     loads = ", ".join(f"{{fraction: {at}, mass: 5 kg}}" for at in (0.1, 0.12, 0.14, 0.5, 0.52, 0.9))
     figure = plots.static_form(case_of("carlina", f"cable.loads=[{loads}]"))

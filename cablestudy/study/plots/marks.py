@@ -204,6 +204,7 @@ def mark_loads(axes, room, loads, paper):
             room.reserve(point, point + np.array([x, y]) / 72 * room.per_inch)
             spots = [(point, (x + 6 * side, y), (side, 0)) for side in (1, -1)]
             spots += [(point, (x, y + up + 3), (0, 1)) for up in (0, 11)] if y > 0 else []
+            spots += [(point, (x / 2 + 6 * side, y / 2), (side, 0)) for side in (1, -1)]  # beside the middle
         if len(loads) <= NAMED_LOADS:
             room.write(force_text(size), spots, needed=False)
 
