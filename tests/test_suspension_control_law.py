@@ -1,5 +1,6 @@
 """PID, delay and lag of the winches of a suspension: dense determinants, time by small steps."""
 
+import json
 import re
 from functools import cache
 
@@ -11,7 +12,7 @@ from command import rows_of, run, with_sets
 from references.modal_loop import gains_of_modes
 from references.straight_suspension import Straight
 from solved import solve
-from straight_scenes import LOOP, WIND, closed_loop_of, everything, one_axis, two_bodies
+from straight_scenes import LOOP, WIND, closed_loop_of, everything, one_axis, platform, two_bodies
 from suspension_cases import SUSPENSIONS, case_at, case_of, value
 from test_suspension_wind import FREQUENCY, integral, von_karman
 
@@ -111,6 +112,23 @@ def test_the_limit_of_one_coordinate_alone_is_where_the_exact_loop_gain_encircle
         for part, grows in ((0.999, False), (1.001, True)):
             gains = np.where(np.arange(3) == place, part * factor, 1.0) * whole
             assert (encirclements(own, gains) > 0) == grows
+
+
+def test_a_coordinate_without_which_the_loop_is_unstable_has_no_margin_and_a_note():
+    """Stable with all coordinates; two motions grow with a thousandth of the gain of yaw, none with that of others."""
+    notch, names = LOOP["notch"] | {"frequency": 0.7}, ("roll", "y", "yaw", "z")
+    control = {"measured": names, "gain": 0.164, "notch": notch, "allocation": {"weights": {"c2": 0.3}}}
+    text = platform(time=1.2e-3, winches={f"c{number}": {} for number in (1, 2, 6, 7)}, control=control)
+    own, whole = Straight(text), 0.164 * np.ones(4)
+    assert encirclements(own, whole) == 0
+    for place, name in enumerate(names):
+        few = np.where(np.arange(4) == place, 1e-3, 1.0) * whole
+        assert encirclements(own, few) == (2 if name == "yaw" else 0)
+    done = run("loop", "-", "--table", "coordinates", "--format", "json", stdin=json.dumps(text))
+    margins = [row["gain_margin_dB"] for row in json.loads(done.out)["rows"]]
+    assert [margin is None for margin in margins] == [name == "yaw" for name in names]
+    notes = [line for line in done.lines if "no gain margin" in line]
+    assert notes == ["note: no gain margin of gondola.yaw alone: the loop is unstable without this coordinate"]
 
 
 # ---------------------------------------------------------------------------------------------- in time, by small steps

@@ -102,7 +102,7 @@ def solve_loop(scene, span, time_options, table, estimate):
     from cablestudy.study.column import require
     from cablestudy.study.loop_in_time import input_and_output
     from cablestudy.study.loop_report import unstable
-    from cablestudy.study.suspension.wind_report import loop_tables
+    from cablestudy.study.suspension.wind_report import loop_tables, remarks_on_coordinates
 
     require(scene.document, scene.model, ["control"], "loop")
     if time_options:
@@ -110,7 +110,8 @@ def solve_loop(scene, span, time_options, table, estimate):
     case = scene.estimated if estimate else scene.case
     tables, failures = ({}, ()) if span or time_options else loop_tables(case, table)
     failures = unstable(case.analysis.loop_for_margins) if span else failures
-    return _answer_of_case(case, failures, tables=_named(table, tables)), case.analysis
+    remarks = remarks_on_coordinates(case, tables)
+    return _answer_of_case(case, failures, remarks, tables=_named(table, tables)), case.analysis
 
 
 def _named(name, tables):

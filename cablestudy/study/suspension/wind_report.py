@@ -175,10 +175,7 @@ def _loop_columns(scene):
 
 def _coordinate_table(case):
     """Table of measured coordinates: frequency of the notch, and gain margin alone, which an unstable loop lacks."""
-    closed_loop = case.analysis.loop_for_margins
-    stability = closed_loop.stability
-    limits = stability.single_limits if closed_loop.loop.gain and stability.stable else {}
-    lines = []
+    closed_loop, limits, lines = case.analysis.loop_for_margins, _single_limits(case), []
     for name, notch in zip(closed_loop.body.measured, closed_loop.body.notches, strict=True):
         limit = limits.get(name, np.inf)
         frequency = notch and float(notch.omega / (2 * np.pi))
@@ -186,11 +183,29 @@ def _coordinate_table(case):
         lines.append((f"{closed_loop.body.name}.{name}", frequency, margin))
 
     def errors():
-        of_factors = stability.errors_of_single_limits if limits else [np.nan] * len(lines)
+        of_factors = closed_loop.stability.errors_of_single_limits if limits else [np.nan] * len(lines)
         for (_, _, margin), error in zip(lines, of_factors, strict=True):
             yield {"gain_margin_dB": float(20 * np.log10(1 + error) / abs(margin))} if margin and error >= 0 else {}
 
     return Table.of(COORDINATE_FIELDS, lines, errors=errors)
+
+
+def _single_limits(case):
+    """`LoopStability.single_limits` of a case; empty of a loop that does nothing or is unstable."""
+    closed_loop = case.analysis.loop_for_margins
+    return closed_loop.stability.single_limits if closed_loop.loop.gain and closed_loop.stability.stable else {}
+
+
+def remarks_on_coordinates(case, tables):
+    """Notes on coordinates without which the loop is unstable, if `tables` has that of coordinates: tuple of str."""
+    if "coordinates" not in tables:
+        return ()
+    body = case.analysis.loop_for_margins.body.name
+    return tuple(
+        f"note: no gain margin of {body}.{name} alone: the loop is unstable without this coordinate"
+        for name, limit in _single_limits(case).items()
+        if limit == 0
+    )
 
 
 def _peaks_and_ranges(case):
@@ -206,6 +221,7 @@ def remarks_of(case, tables):
     And, where the `tables` show both, a note on motions that the loop makes larger.
     """
     lines = [f"warning: {text}: the linear numbers do not hold" for text in exceeded_limits(case).values()]
+    lines += remarks_on_coordinates(case, tables)
     if slack := slackened(case):
         lines.append(f"warning: {SLACK}: {first_of(slack, STUDY.listed_parts)}: the linear numbers do not hold")
     motion = case.analysis
