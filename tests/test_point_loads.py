@@ -249,3 +249,9 @@ def test_a_sag_of_a_cable_that_is_pushed_beyond_its_ends_is_doubted(run_of_ends,
 def test_the_sag_of_a_load_between_the_ends_is_not_doubted():
     loads = "cable.loads=[{fraction: 0.5, force: [100, 0, 0]}]"
     assert "beyond" not in run("static", CARLINA, "--set", loads, "--set", "model={accuracy: 1e-4}").err
+
+
+@pytest.mark.parametrize("count", [9, 60])
+def test_a_path_of_few_and_of_many_places_is_drawn_without_warnings(tmp_path, count):
+    done = run("static", ZIPLINE, "--locus", f"load1:{count}", "--plot", tmp_path / "path.svg", "--top", "1")
+    assert done.err.splitlines()[-1] == f"written: {tmp_path / 'path.svg'}"

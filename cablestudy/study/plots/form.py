@@ -328,14 +328,14 @@ def load_path(path):
     figure = style.new_figure(tall + 2.6, title)
     side, below = figure.subplots(2, 1, height_ratios=(tall, 1.9))
     marks.draw_lines(side, forms, style.GREY, linewidths=0.7, alpha=0.7, label="the cable in some of the places")
-    dots = "." if len(line) <= MOST_DOTS else ""
-    side.plot(*line.T, dots, ls="-", color=style.BLUE, lw=1.8, label=f"path of {shortened(path.name)}")
+    look = {"ls": "-", "marker": "." if len(line) <= MOST_DOTS else ""}
+    side.plot(*line.T, **look, color=style.BLUE, lw=1.8, label=f"path of {shortened(path.name)}")
     finish_view(side, view, window, ground)
     if ground is not None and clearances:
         room = room_in(side, window, all_points, PANEL_WIDTH)
         marks.mark_clearance(side, room, line[np.isfinite(clearance)], ground, min(clearances))
     unit, factor = force_unit(largest)
-    below.plot(line[:, 0], factor * tension, dots, ls="-", color=style.RED)
+    below.plot(line[:, 0], factor * tension, **look, color=style.RED)
     below.set(xlim=side.get_xlim(), xlabel="place of the load, horizontal distance from end 1 [m]")
     below.set_ylabel(f"largest\ntension [{unit}]")
     style.plain(below, 8, 5)
