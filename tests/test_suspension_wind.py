@@ -784,6 +784,30 @@ def test_the_velocity_on_thick_cables_has_as_many_modes_as_the_accuracy_needs():
     assert found == pytest.approx(1e3 * np.sqrt(np.trapezoid(spectrum, frequency)), rel=1e-4)
 
 
+def test_a_body_between_strings_that_the_air_damps_far_above_critical():
+    """Against strings in gusts that are the same everywhere, in closed form: most of their modes follow the body late.
+
+    A string of tension T, mass m and drag c per length moves a body by the force 2 c tanh(g L/2)/g u of the gusts u
+    from both sides, against 2 T g/tanh(g L), with g^2 = (c s + m s^2)/T.
+    """
+    speed, rms, scale, span, strain, mass, diameter = 8.0, 1.2, 12.0, 5.0, 1e-4, 1.5, 0.1
+    text = one_axis(("y",), span=span, strain=strain, mass=mass, cable__diameter=diameter, cable__density=1e-2)
+    text["wind"] = {"speed": speed, "direction": np.pi / 2, "turbulence_rms": rms, "length_scale": scale,
+                    "coherence_decay": 0.0, "on": "cables", "mean": False}  # fmt: skip
+    tension, m, c = EA * strain / (1 - strain), 1e-2 * 1e-3 * (1 - strain), RHO * 1.2 * diameter * speed
+    share, weight = panels(0.0, 1e-9)
+    frequency = 1e3 * share
+    s = 1j * TURN * frequency
+    g = np.sqrt((c * s + m * s**2) / tension)
+    response = 2 * c * np.tanh(g * span / 2) / g / (2 * tension * g / np.tanh(g * span) + mass * s**2)
+    spectrum = 1e3 * weight * von_karman(frequency, speed, rms, scale) * np.abs(response) ** 2
+    row = solve(text, "gondola.rms_y", "gondola.rms_velocity")
+    for name, power in (("gondola.rms_y", 0), ("gondola.rms_velocity", 2)):
+        expected = 1e3 * np.sqrt((spectrum * (TURN * frequency) ** power).sum())
+        assert row.values[name] == pytest.approx(expected, rel=row.errors[name])
+        assert row.errors[name] < 1e-5
+
+
 def test_modes_suffice_for_what_a_telescope_sees():
     """Behind a mirror, in an exposure shorter than its loop, most of the motion is that of modes far above the body's.
 

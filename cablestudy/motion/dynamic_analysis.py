@@ -179,7 +179,8 @@ class DynamicAnalysis:
         """
         sizes = self.sizes
         few_modes = count < sizes.usual[0] or sizes.compared
-        responses = few_modes or sizes.fast_loop or self._lacks_motion_of_bodies(count)
+        needed = self._lacks_motion_of_bodies(count) or self._has_strongly_damped_cables(count)
+        responses = few_modes or sizes.fast_loop or needed
         return self.closed_loop_of(count, responses, self.sizes.computed(count))
 
     def _lacks_motion_of_bodies(self, count):
@@ -190,6 +191,21 @@ class DynamicAnalysis:
         modes = self._modes_of(self.sizes.computed(count)).first(count)
         asked = self.points | (modes.layout.free < 6 * self.equilibrium.suspension.bodies)
         return bool((modes.shares_of(np.flatnonzero(asked)).sum(axis=1) < 1 - MOTION.lacked_motion).any())
+
+    def _has_strongly_damped_cables(self, count):
+        """True if air and viscous damping give the first mode of a cable a damping ratio above `MOTION.damped_cable`.
+
+        Bodies then move many of its modes by its damping, of which the highest in a model show next to nothing.
+        """
+        if self.airflow is None:
+            return False
+        per_length = np.array([cable.damping.viscous for cable in self.scene.cables.values()])
+        if self.airflow.damps:
+            drag = self.airflow.drag
+            per_length = per_length + drag.density * drag.cables * np.linalg.norm(drag.velocity)
+        first = self._modes_of(self.sizes.computed(count)).models.lowest_omega
+        mass = np.asarray(self.equilibrium.catenary.span.mass)
+        return bool((per_length[mass > 0] > 2 * MOTION.damped_cable * (first * mass)[mass > 0]).any())
 
     @computed_together
     def _loop_and_response(analyses):
