@@ -171,12 +171,21 @@ def check_output(option: str, path: str | None, endings: Collection[str], noun: 
         return
     if os.path.splitext(path)[1].lower() not in endings:
         raise SceneError(f"{option} {path}: unknown kind of {noun} (allowed: {', '.join(endings)})")
+    check_writable(option, path)
+
+
+def check_writable(option: str, path: str) -> None:
+    """Refuse a file, named by an option, that cannot be written: SceneError."""
     folder, name = os.path.split(path)
     if folder and not os.path.isdir(folder):
         raise SceneError(f"{option} {path}: no such folder")
-    is_too_long = len(os.fsencode(name)) > LONGEST_NAME
-    if not os.access(folder or ".", os.W_OK) or os.path.isdir(path) or is_too_long:
-        raise SceneError(f"{option} {path}: cannot be written")
+    obstacles = {
+        "a folder is there": os.path.isdir(path),
+        f"its name is longer than {LONGEST_NAME} bytes": len(os.fsencode(name)) > LONGEST_NAME,
+        "no permission to write in its folder": not os.access(folder or ".", os.W_OK | os.X_OK),
+    }
+    for reason in filter(obstacles.get, obstacles):
+        raise SceneError(f"{option} {path}: cannot be written ({reason})")
 
 
 def refuse_options(options: dict[str, Any], reason: str) -> None:

@@ -436,7 +436,7 @@ def test_columns_of_tables_of_results_are_those_that_can_be_asked_for(folder, mo
 
 def test_a_folder_in_the_way_is_refused_before_anything_is_computed(folder):
     (folder / "guy.html").mkdir()
-    assert run("report", GUY, code=2).err == "--out guy.html: cannot be written\n"
+    assert run("report", GUY, code=2).err == "--out guy.html: cannot be written (a folder is there)\n"
 
 
 @undrawn()

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import os
 import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 
-from cablestudy.errors import Mistakes, SceneError
+from cablestudy.errors import Mistakes, SceneError, check_writable
 from cablestudy.interface import checked_scene, scene_of
 from cablestudy.interface.arguments import checked
 from cablestudy.interface.kinds import Changes, Columns, File, Processes, Source, Text, Variations, case_text, names_in
@@ -128,11 +127,7 @@ def checked_file(out, path):
     file = f"{_stem(name)}.html" if out is None else str(out)
     if not file.lower().endswith(ENDINGS):
         raise SceneError(f"--out {file}: a page is HTML (allowed: {', '.join(ENDINGS)})")
-    folder = os.path.dirname(file) or "."
-    if not os.path.isdir(folder):
-        raise SceneError(f"--out {file}: no such folder")
-    if os.path.isdir(file) or not os.access(folder, os.W_OK | os.X_OK):
-        raise SceneError(f"--out {file}: cannot be written")
+    check_writable("--out", file)
     return file
 
 
