@@ -28,6 +28,7 @@ def test_the_horizontal_tension_times_the_sag_is_the_moment_of_the_dead_load():
     for k in range(1, 6):
         assert abs(bodies[f"beam{k}"]["z_m"]) < 0.003  # a level deck
         assert cables[f"hanger_r{k}"]["inclination_from_plumb_deg"] == pytest.approx(0, abs=1e-3)
+        assert cables[f"hanger_r{k}"]["reaction_1_horizontal_N"] == 0  # and no rounding of it
 
 
 def test_the_crowd_is_held_by_the_saddles_and_the_hangers():

@@ -3,6 +3,7 @@
 import math
 
 import pytest
+import yaml
 from command import CARLINA, CONFIGS, refused_in_one_line, run, table_of
 from mpmath import mp
 from references import catenary_mp
@@ -255,3 +256,14 @@ def test_the_sag_of_a_load_between_the_ends_is_not_doubted():
 def test_a_path_of_few_and_of_many_places_is_drawn_without_warnings(tmp_path, count):
     done = run("static", ZIPLINE, "--locus", f"load1:{count}", "--plot", tmp_path / "path.svg", "--top", "1")
     assert done.err.splitlines()[-1] == f"written: {tmp_path / 'path.svg'}"
+
+
+@pytest.mark.parametrize(("force", "across"), [("[100 N, 0, 0]", 100.0), ("[0, 0, -100 N]", 0.0)])
+def test_an_upright_cable_has_the_horizontal_tension_of_its_loads(force, across):
+    """The supports hold the load together; the halves of the cable have the two forces of the supports."""
+    cable = f"{{from: [0, 0, 0], to: [0, 0, 10 m], preload: 5 kN, loads: [{{fraction: 0.5, force: {force}}}]}}"
+    scene = yaml.safe_load(f"{{cable: {{material: steel, diameter: 10 mm}}, cables: {{c: {cable}}}}}")
+    (row,) = load(scene).static()["cables"].to_dict("records")
+    reactions = [row[f"reaction_{end}_horizontal_N"] for end in (1, 2)]
+    assert sum(reactions) == pytest.approx(across, rel=1e-12)
+    assert row["horizontal_tension_N"] == pytest.approx(across / 2, rel=1e-4)

@@ -32,7 +32,9 @@ from cablestudy.study.uneven_drag import movement_errors, relative_change
 from cablestudy.wind.mean import equilibrium_in_wind
 
 # zero but for rounding where the load is along the chord
-HORIZONTAL = ("horizontal_tension", "catenary_constant", "lambda_squared")
+HORIZONTAL = (
+    "horizontal_tension", "reaction_1_horizontal", "reaction_2_horizontal", "catenary_constant", "lambda_squared",
+)  # fmt: skip
 
 
 class CableResults(Results):
@@ -113,11 +115,13 @@ class CableResults(Results):
         return self._columns[name]
 
     def _is_rounding(self, name):
-        """True where a column of HORIZONTAL is rounding of zero: the load, and so the cable, is along the chord.
+        """True where a column of HORIZONTAL is rounding of zero: all load, and so the cable, is along the chord.
 
         Horizontal tension and catenary constant are zero there only if that load is vertical, not oblique as in a wind.
         """
-        load_along_chord = (name in HORIZONTAL) & (np.abs(self.span.cosine) < STUDY.rounding)
+        point_loads = np.abs(self.span.load_forces)
+        across = point_loads[..., 1:].sum(axis=(-1, -2)) > STUDY.rounding * point_loads.sum(axis=(-1, -2))
+        load_along_chord = (name in HORIZONTAL) & (np.abs(self.span.cosine) < STUDY.rounding) & ~across
         return load_along_chord & (self.span.vertical[..., 2] == 1) if name != "lambda_squared" else load_along_chord
 
 
