@@ -12,14 +12,16 @@
 # make extremes   ten thousand random scenes and a thousand random suspensions against independent references: the
 #                 errors stated are true
 #                 (SCENES=500 for fewer; OUT=FILE.jsonl keeps what is done, and goes on from it)
+# make lowest  the tests with the oldest versions of the libraries that pyproject.toml allows
 # make processors   the numerical tests and the stored tables under every core type of OpenBLAS that this machine can
 #                   run: last digits differ, and nothing else may
 
 PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
+CONSTRAINTS ?= constraints.txt
 # python compiles what it imports when it first does: pip would compile thousands of modules that nothing imports
-INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile --constraint constraints.txt
+INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile --constraint $(CONSTRAINTS)
 # the trade tables hold times, which no two runs agree on: tests/test_trade.py compares their errors;
 # tests/test_docs.py has checked those whose name does not begin with carlina- when `make test` comes to them
 STUDIES := $(filter-out results/trade-%,$(wildcard results/*.csv))
@@ -40,7 +42,8 @@ NUMERICAL := tests/properties tests/verification $(filter-out %_command.py %_com
 # where nothing compiled is kept each command compiles the whole program, which takes a third of its start
 export PYTHONDONTWRITEBYTECODE =
 
-.PHONY: study test campaigns tables docs site trade kills attack bench extremes processors numerical clean
+.PHONY: study test campaigns tables docs site trade kills attack bench extremes lowest lowest-tests processors numerical \
+    clean
 
 study: $(VENV)/.study
 	$(BIN)/cablestudy sweep configs/preload.yaml --restart
@@ -93,6 +96,15 @@ extremes: $(VENV)/.test
 	$(BIN)/python benchmarks/extremes.py --suspensions --scenes $(SUSPENSIONS) \
 	    $(if $(OUT),--out $(OUT).suspensions --resume)
 
+# in an environment of its own; old libraries use what newer ones warn of
+lowest:
+	mkdir -p build
+	sed -n '/^dependencies/,/^]/ s/.*"\([a-z]*\).*>=\([0-9.]*\)".*/\1==\2/p' pyproject.toml > build/lowest.txt
+	$(MAKE) lowest-tests VENV=build/lowest CONSTRAINTS=build/lowest.txt
+
+lowest-tests: $(VENV)/.test
+	$(BIN)/pytest -q -n auto --dist worksteal --override-ini filterwarnings=default
+
 processors: $(VENV)/.test
 	@cores=$$($(BIN)/python benchmarks/processors.py) || exit 1; \
 	for core in $$cores; do \
@@ -106,7 +118,7 @@ numerical: $(VENV)/.test
 $(VENV)/bin/python:
 	$(PYTHON) -m venv $(VENV)
 
-$(VENV)/.study: $(VENV)/bin/python pyproject.toml constraints.txt
+$(VENV)/.study: $(VENV)/bin/python pyproject.toml $(CONSTRAINTS)
 	$(INSTALL) --editable .
 	touch $@
 
