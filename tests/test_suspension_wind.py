@@ -605,6 +605,19 @@ def test_variances_in_white_wind_are_those_of_lyapunovs_equation(name, gain, mon
 
 
 @pytest.mark.usefixtures("white")
+@pytest.mark.parametrize("density", [1e-5, 1e-9])
+def test_the_strain_of_light_cables_on_winches_may_decay_far_faster_than_all_else(density, monkeypatch):
+    """At 1e13 to 1e17 rad/s with a retardation time of 100 s: tensions were zero, or all was refused as undamped."""
+    monkeypatch.setattr(type(MOTION), "highest_frequency", 1e9)
+    wind = WIND | {"direction": 0.7, "speed": 12.0, "coherence_decay": 0}
+    text = everything(time=100.0, wind=wind, control__gain=0.1, actuators={}, cable__density=density)
+    case = case_of(text)
+    for output, (expected, *_) in by_lyapunov(Straight(text), None).items():
+        assert variance(case, output) == pytest.approx(expected, rel=1e-4), output
+        case.analysis.response.check_damped([output])
+
+
+@pytest.mark.usefixtures("white")
 def test_a_resonance_of_a_mass_that_is_hardly_damped_is_not_missed():
     mass = ACTUATORS["mass_x"] | {"damping_ratio": 1e-5, "velocity_gain": 0.0, "position_gain": 0.0, "frequency": 0.077}
     text = everything(wind=WIND | {"coherence_decay": 0}, actuators={"mass_x": mass})

@@ -172,7 +172,7 @@ class LoopStability:
 
     def _exponent(self, gain):
         """Exponent of the power of two, times the lowest frequency, to which a gain [rad/s] is raised for a trial."""
-        return ceil(log2(gain / self._lowest_frequency))
+        return ceil(log2(max(gain, MOTION.tiny) / self._lowest_frequency))
 
     @cached_property
     def _trial_gains(self):

@@ -324,7 +324,10 @@ class Plant:
             motion = stack([plant.motion for plant in members])
             count, outputs = len(motion), state_rows(motion, actuators=members[0].actuators).outputs
             squares = np.abs(outputs[..., : 2 * count]) ** 2
-            stiffness, mass = (np.diagonal(part, axis1=-2, axis2=-1) for part in (motion.stiffness.real, motion.mass))
+            parts = motion.stiffness.real, motion.damping, motion.mass
+            stiffness, damping, mass = (np.diagonal(part, axis1=-2, axis2=-1) for part in parts)
+            # an overdamped coordinate moves no faster than at K/C of its displacement, however light it is
+            mass = np.maximum(mass, damping**2 / stiffness)
             by_displacements = squares[..., :count] * (motion.unit**2 / stiffness)[:, None, :]
             compliance = (by_displacements + squares[..., count:] / mass[:, None, :]).sum(axis=-1)
             yield from zip(members, 1 / np.maximum(compliance, np.finfo(float).tiny), strict=True)

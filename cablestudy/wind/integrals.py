@@ -180,7 +180,8 @@ def damped(residues, least_damping_ratio=WIND.undamped):
     """True for the poles of a stable system that do not resonate, or decay by more than rounding and a least ratio."""
     rate, size = np.abs(residues.poles.real), np.abs(residues.poles)
     oscillating = np.abs(residues.poles.imag) > least_damping_ratio * size
-    decays = (rate > least_damping_ratio * size) & (~oscillating | (rate > WIND.decay_rounding * size.max(initial=0.0)))
+    rounding = WIND.decay_rounding * size[oscillating].max(initial=0.0)
+    decays = (rate > least_damping_ratio * size) & (~oscillating | (rate > rounding))
     return decays | ~_resonates(residues, least_damping_ratio)
 
 

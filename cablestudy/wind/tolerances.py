@@ -62,7 +62,9 @@ class WindTolerances:
     # and that where the wind acts along cables: strain damps waves across them next to nothing
     undamped_along_cables: float = 1e-10
     undamped_share: float = 1e-6  # share of a variance by an undamped motion, from which on the variance is refused
-    decay_rounding: float = 1e-15  # of the largest pole: decay that rounding may make
+    # of the largest pole that oscillates: decay that rounding may make. Real poles that are far faster, of strain that
+    # is damped strongly in a light cable, stand apart: rounding of others does not grow with them
+    decay_rounding: float = 1e-15
     quadrature: float = 1e-10  # error of the variances by the rule on the panels: that of Davenport's spectrum is 4e-11
     still: float = 1e-16  # energy of an output over the largest of all, below which it does not move
     delay_in_panel: float = 2.0  # turn by a delay in a panel [rad],
