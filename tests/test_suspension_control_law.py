@@ -235,6 +235,27 @@ def test_a_delay_far_shorter_than_a_period_changes_the_damping_of_a_resonance(ph
     assert found.values["gondola.rms_x"] == pytest.approx(rms_of_one_axis(dynamic, omega), rel=1e-5)
 
 
+def test_what_a_delay_changes_that_is_left_out_is_in_the_stated_error():
+    """The loop gain is 50 at the resonance, which it moves: 2e-7 rad there change the damping by 1e-5 of it."""
+    mass, spring, ratio, proportional = 20.0, 2e5 / 9.9, 1e-4, 0.01
+    omega = np.sqrt(spring / mass)
+    delay, corner, gain = 2e-7 / omega, 1e3 * omega, 1e-5 * omega
+    text = one_axis(
+        mass=mass, time=2 * ratio / omega, winches={"west": {}, "east": {}}, wind=CALM_BODY, model={"accuracy": 1e-6},
+        control={"gain": gain, "proportional_gain": proportional, "bandwidth": corner / TURN, "notch": "none",
+                 "delay": delay},
+        bodies__gondola__wind={"area": 0.5, "drag_coefficient": 1.2},
+    )  # fmt: skip
+
+    def dynamic(s):
+        law = (proportional + gain / s) / (1 + s / corner) * np.exp(-delay * s)
+        return mass * s**2 + spring * (1 + 2 * ratio * s / omega) * (1 + law)
+
+    found, expected = solve(text, "gondola.rms_x"), rms_of_one_axis(dynamic, omega * np.sqrt(1 + proportional))
+    error = abs(found.values["gondola.rms_x"] / expected - 1)
+    assert 5e-6 < error < found.errors["gondola.rms_x"] < 3 * error
+
+
 def test_a_resonance_just_below_the_frequency_up_to_which_the_delay_is_right():
     """The loop changes its damping by a tenth: a pole of the winches at rest in its place is 4 % off in the RMS."""
     mass, spring, time, gain = 20.0, 2e5 / 9.9, 3e-5, 0.003

@@ -11,6 +11,7 @@ import numpy as np
 
 from cablestudy.cable.records import take_rows
 from cablestudy.control.loop_state_space import ExactResponse
+from cablestudy.control.margins import largest, sensitivity
 from cablestudy.motion.tolerances import MOTION
 from cablestudy.system.state_spaces import StateSpaces
 from cablestudy.system.together import batches, computed_together
@@ -201,6 +202,20 @@ class Turbulence:
         return MOTION.delayed_error * self.loop.gain_beyond * np.concatenate(beyond, axis=1)
 
     @property
+    def left_out_delay_error(self):
+        """Relative error of variances by a slight delay T that is left out, which resonances of the loop amplify. [-]
+
+        The change of (I + L)^-1 by that of L is at most w T |L (I + L)^-1|, largest near a pole of the loop.
+        """
+        if self.loop is None or not self.loop.slight_delay:
+            return 0.0
+        omega, loop = np.abs(self.loop.poles), self.loop
+        omega = omega[(omega > 0) & (omega < loop.right_up_to)]
+        loop_gain = loop.gain * loop.gains.loop_gain(1j * omega)
+        size = largest(np.eye(loop_gain.shape[-1]) - sensitivity(loop_gain))
+        return 2 * loop.law.delay * float((omega * size).max(initial=0.0))
+
+    @property
     def winch_speeds(self):
         """Variances of speed and acceleration of the i winches, and what their errors follow from.
 
@@ -232,7 +247,7 @@ def _variances_of_rows(turbulences, integrals):
     for index, coarse in zip(estimated, coarse_values, strict=True):
         by_modes[index] = np.abs(values[index] - coarse)
     by_delay = (
-        np.broadcast_to(row.delay_error(integral), value.shape)
+        np.broadcast_to(row.delay_error(integral), value.shape) + row.left_out_delay_error * value
         for row, integral, value in zip(turbulences, integrals, values, strict=True)
     )
     return list(map(ModelVariances, values, by_modes, by_delay))
