@@ -491,6 +491,16 @@ def test_short_words_are_not_broken_into_lines_and_longer_texts_are():
     assert cells == 2 * ["word", None]
 
 
+def test_a_reason_in_a_table_makes_it_no_wider_than_the_page():
+    fields, reason = (
+        (Field("case", "case"), Field("sag_m", "sag", "m"), Field("status", "status")),
+        ("a reason, " * 9).strip(),
+    )
+    rows = [{"case": "ice", "sag_m": 1.0, "status": "ok"}, {"case": "hot", "sag_m": None, "status": reason}]
+    assert f'<span class="text">{reason}</span>' in table_html(Table(fields, rows, across="case"), "load cases")
+    assert "reason" not in table_html(Table(fields[1:], rows[1:], single=True), "told above it")
+
+
 def test_values_are_shown_as_they_may_be_written():
     assert written([1, "2 m", {"a": [True, None]}]) == "[1, 2 m, {a: [true, null]}]"
     assert flat({"a": {"b": 1, "c": {}}, "d": [2]}) == {"a.b": 1, "a.c": {}, "d": [2]}

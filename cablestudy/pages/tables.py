@@ -108,6 +108,8 @@ class _Column:
     def cell(self, row):
         """The cell in a row; where there is a printed value, that and the difference from it too."""
         computed = text(short(row.get(self.name) if self.difference else self.field.shown(row)))
+        if len(computed) > PAGES.unbroken_characters:
+            computed = element("span", computed, class_="text")
         printed = self.difference and row.get(self.difference.printed)
         if printed is None:
             return computed
@@ -119,9 +121,10 @@ class _Column:
 def _shown_columns(table):
     """The columns of a table on a page: list of `_Column`.
 
-    Without hidden ones, nor the status where all is well; a difference from a printed value joins the value's column.
+    Without hidden ones, nor the status where all is well, or of a single row, whose reason is above the table.
+    A difference from a printed value joins the value's column.
     """
-    left_out = {HIDDEN} if all(row.get(HIDDEN) == OK for row in table.rows) else ()
+    left_out = {HIDDEN} if table.single or all(row.get(HIDDEN) == OK for row in table.rows) else ()
     columns = []
     for shown in table.fields:
         if shown.hidden or shown.name in left_out:
