@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from campaign import campaign
 from references import cable_in_wind
+from references.dense import cross
 from scipy.optimize import root
 from scipy.spatial.transform import Rotation
 from solved import solve
@@ -138,8 +139,8 @@ class Truth:
         moment = np.sum([np.cross(arm, load) for arm, load in loads], axis=0) + forces["box"]["moment"]
         return np.concatenate([force, moment]), hanging
 
-    def columns(self, position, rotation):
-        """Columns of the body and its cables in equilibrium, found from a pose nearby: dict."""
+    def equilibrium(self, position, rotation):
+        """Place and attitude in equilibrium, found from a pose nearby, and the pieces of each cable."""
         moves = np.array([axis in self.free for axis in ROWS])
 
         def pose(step):
@@ -154,6 +155,11 @@ class Truth:
         left, hanging = self.balance(place, turned)
         tension = max(np.linalg.norm(force, axis=1).max() for _, force in hanging.values())
         assert np.abs(left[moves]).max() < 1e-7 * tension
+        return place, turned, hanging
+
+    def columns(self, position, rotation):
+        """Columns of the body and its cables in equilibrium, found from a pose nearby: dict."""
+        place, turned, hanging = self.equilibrium(position, rotation)
         angles = Rotation.from_matrix(turned).as_euler("ZYX", degrees=True)[::-1]
         columns = {f"box.{axis}": value for axis, value in zip("xyz", place, strict=True)}
         columns |= {f"box.{axis}": value for axis, value in zip(AXES, angles, strict=True) if len(self.free) > 3}
@@ -165,6 +171,43 @@ class Truth:
             names = {"tension_1": "tension_from", "tension_2": "tension_to"}
             columns |= {f"{name}.{names.get(column, column)}": value for column, value in of_cable.items()}
         return columns
+
+    def slow_motion(self, position, rotation, speed, rms):
+        """Columns of the RMS of the body in slow gusts along x, in equilibrium found from a pose nearby: dict.
+
+        Its stiffness is that of the pieces in line, with all forces as dead loads, that of the drag too.
+        """
+        place, turned, hanging = self.equilibrium(position, rotation)
+        weight, stiffness = np.array([0, 0, -G * self.body["mass"]]), np.zeros((6, 6))
+        pressure, direction = self.wind_on("box")
+        blows, areas = turned.T @ [np.cos(direction), np.sin(direction), 0.0], 1.1 * np.array(self.body["wind"]["area"])
+        center = turned @ self.body["wind"]["center_of_pressure"]
+        drag = turned @ (areas * blows) * pressure(place + center)
+        loads = [
+            (turned @ self.body["center_of_mass"], weight), (center, drag),
+            (turned @ self.body["markers"]["tip"], self.day["forces"]["box.tip"]),
+        ]  # fmt: skip
+        for name, (_, forces) in hanging.items():
+            arm = turned @ self.body["attachments"][self.cables[name]["to"].removeprefix("box.")]
+            length = self.cables[name]["unstretched_length"] / PIECES
+            bars = [
+                cable_in_wind.bar_stiffness(force, self.cable["axial_stiffness"], length)
+                for force in (forces[1:] + forces[:-1]) / 2
+            ]
+            moved = np.concatenate([np.eye(3), -cross(arm)], axis=1)
+            stiffness += moved.T @ np.linalg.inv(np.linalg.inv(bars).sum(axis=0)) @ moved
+            loads.append((arm, -forces[-1]))
+        turning = -sum(cross(force) @ cross(arm) for arm, force in loads)
+        stiffness[3:, 3:] += (turning + turning.T) / 2
+        along = turned.T @ [1.0, 0.0, 0.0]
+        rate = 0.6 * speed * turned @ (areas[:, None] * (np.eye(3) + np.outer(along, along))) @ along
+        moves = [axis in self.free for axis in ROWS]
+        push = np.concatenate([rate, np.cross(center, rate)])[moves]
+        found = rms * np.abs(np.linalg.solve(stiffness[np.ix_(moves, moves)], push))
+        return {
+            f"box.rms_{axis}": (1e6 if len(axis) > 1 else 1e3) * value
+            for axis, value in zip(self.free, found, strict=True)
+        }
 
 
 def assert_within_stated_errors(data):
@@ -217,3 +260,17 @@ def test_mean_displacements_of_light_bodies_on_slack_cables_are_within_their_sta
     moved = [expected[f"box.{axis}"] for axis in "xyz"] - before.position[0]
     assert (np.abs(found - moved) <= error * np.abs(found) + 1e-7).all()
     assert (error < 1e-5).all()
+
+
+@pytest.mark.parametrize("seed", [4, 7])
+def test_slow_motion_in_a_storm_is_within_its_stated_errors(seed):
+    """Drag that follows the cables changes the stiffness, and with it the motion, more than any tension."""
+    data = scene_data(seed, storm=True)
+    data["cable"]["damping"] = {"time": 1e-3, "viscous": 1.0}
+    data["wind"] = {"speed": 5.0, "turbulence_rms": 0.5, "length_scale": 1e9, "on": "bodies", "admittance": "none"}
+    equilibrium = case_of(data).equilibrium
+    truth = Truth(data, equilibrium.end_forces[:, 0])
+    expected = truth.slow_motion(equilibrium.position[0], equilibrium.rotation[0], 5.0, 0.5)
+    row = solve(data, *expected)
+    for column, value in expected.items():
+        assert row.values[column] == pytest.approx(value, rel=row.errors[column] + 1e-6, abs=1e-6), column

@@ -132,7 +132,7 @@ class SuspensionCase(SuspensionAtRest, ComparedCase):
         if error is None:
             error = self.statics_error(column, number)
         if column.needs in ("loop", "wind") and error and not column.follows_drag:
-            error += self.group.errors.drag_in_wind[self.index]
+            error += self.group.errors.motion_in_wind[self.index]
         if self.estimate and column.needs in DISCRETE:
             error = self.difference_from_finer(column, number)
         stated = not error and (column.needs not in ("loop", "wind") or column.name == "gain")

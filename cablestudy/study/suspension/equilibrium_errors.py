@@ -48,8 +48,16 @@ class EquilibriumErrors:
 
     @cached_property
     def drag_in_wind(self):
-        """`drag` of what moves about the equilibrium in the mean wind, shape (n,). [-]"""
+        """`drag` of the equilibrium in the mean wind, shape (n,). [-]"""
         return self.drag_change_in_wind.error + self._conductor
+
+    @cached_property
+    def motion_in_wind(self):
+        """Errors of loop and motion about the equilibrium in the mean wind, by drag and conductors, shape (n,). [-]
+
+        The displacement by a force changes by as much as the stiffness.
+        """
+        return np.maximum(self.drag_in_wind, self.drag_change_in_wind.stiffness_error)
 
     @cached_property
     def modes(self):
