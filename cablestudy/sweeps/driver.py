@@ -161,6 +161,8 @@ def _begin_worker():
     """In a worker: take one thread, ignore SIGINT, and end when the parent process ends, however that happens."""
     keep_one_thread()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if hasattr(signal, "pthread_sigmask"):  # by SIGTERM the executor ends the others where one has died, and waits
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGTERM])
     threading.Thread(target=_exit_with_parent, daemon=True).start()
 
 
