@@ -179,8 +179,8 @@ class DynamicAnalysis:
         """
         sizes = self.sizes
         few_modes = count < sizes.usual[0] or sizes.compared
-        needed = self._lacks_motion_of_bodies(count) or self._has_strongly_damped_cables(count)
-        responses = few_modes or sizes.fast_loop or needed
+        responses = few_modes or sizes.fast_loop or self._lacks_motion_of_bodies(count)
+        responses = responses or self._has_strongly_damped_cables(count)
         return self.closed_loop_of(count, responses, self.sizes.computed(count))
 
     def _lacks_motion_of_bodies(self, count):

@@ -129,11 +129,14 @@ def _phase(axes, closed_loop, frequency, value):
     phase = unwrapped_phase(frequency, value, closed_loop.loop.law.delay)
     axes.semilogx(frequency, phase, color=style.BLUE, lw=1.3)
     low, high = np.nanmin(phase), np.nanmax(phase)
-    turns = int(np.ceil((high - low) / WIDEST_PHASES))  # between two lines, so that these are few
-    marks = (90 if high - low < WIDE_PHASES else 180) if turns <= 1 else 360 * turns
-    axes.yaxis.set_major_locator(MultipleLocator(marks, offset=0 if turns <= 1 else -180))
+    turns = max(1, int(np.ceil((high - low) / WIDEST_PHASES)))  # between two lines, so that these are few
+    if turns > 1:
+        marks = MultipleLocator(360 * turns, offset=-180)
+    else:
+        marks = MultipleLocator(90 if high - low < WIDE_PHASES else 180)
+    axes.yaxis.set_major_locator(marks)
     for turn in np.arange(np.floor((low - 180) / 360), np.ceil((high + 180) / 360) + 1):
-        if turn % max(turns, 1) == 0:
+        if turn % turns == 0:
             axes.axhline(-180 + 360 * turn, color=style.GREY, lw=0.8, ls="--")
     axes.set_ylim(min(low, -180) - 20, max(high, low + 90) + 20)
     axes.set_ylabel("phase of L [deg]")
