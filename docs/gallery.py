@@ -44,7 +44,7 @@ def commands():
         for line in page.read_text(encoding="utf-8").splitlines():
             drawn = DRAWN.search(line) if line.startswith("$ cablestudy ") else None
             if drawn:
-                command = re.split(r" (?:\||>) ", line.removeprefix("$ "))[0]
+                command = re.split(r" (?:2>&1 )?(?:\||>) ", line.removeprefix("$ "))[0]
                 found.setdefault(drawn[1], command.replace("docs/pictures/", "").replace(" --quiet", ""))
     for table in (ROOT / "results").glob("trade-*.md"):  # `make trade` draws them; the heading is the command
         words = table.read_text(encoding="utf-8").splitlines()[0].removeprefix("# Error against time: ")

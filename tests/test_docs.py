@@ -42,11 +42,8 @@ def test_examples_print_what_the_page_shows(page, folder, programs):
     assert_stored(refresh.refreshed(page, folder, programs), page)
 
 
-def assert_stored(text, page, smallest=1e-10):
-    """A page has the words of a text, and its numbers but for the last digits, which differ between processors.
-
-    So do errors below `smallest`, which are rounding.
-    """
+def assert_stored(text, page, smallest=1e-12):
+    """A page has the words of a text, and its numbers but for the last digits, which differ between processors."""
     now, stored = NUMBER.split(text), NUMBER.split(page.read_text(encoding="utf-8"))
     assert now[::2] == stored[::2], "stale: 'make docs' makes it again"
     numbers = [[float(part) for part in parts[1::2]] for parts in (now, stored)]
