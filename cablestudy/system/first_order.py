@@ -1,6 +1,6 @@
 """First-order (state-space) equations of a linear system, with the control loop of its winches or without it.
 
-    x' = (A0 + gain sum A_j) x + B0 u + B1 u' + B2 u''
+    x' = (A0 + gain A1) x + B0 u + B1 u' + B2 u''
 
 Matrices may have leading axes, of many rows (...). The entries of each matrix row are coefficients of the states x and,
 where there are inputs, of u, u' and u''. States:
@@ -83,8 +83,8 @@ class Equations:
     ----------
     fixed : ndarray, shape (..., N, w)
         A0, B0, B1, B2: the part of the equations without the loop gain; complex with a complex stiffness, as the next.
-    scaled : ndarray, shape (..., k, N, w)
-        The part that the loop gain multiplies, such as A_j, for each measured coordinate j.
+    scaled : ndarray, shape (..., N, w)
+        The part that the loop gain multiplies, such as A1.
     coordinates, rates : ndarray, shape (..., m, w)
         Rows that give the coordinates z and their rates z'.
     feedback : list of (ndarray, ndarray)
@@ -101,8 +101,8 @@ class Equations:
     winches: np.ndarray
 
     def with_gain(self, gain):
-        """A0 + gain sum A_j, and the matrices of the inputs, shape (..., N, w), for gains [rad/s] of shape (...)."""
-        return self.fixed + np.asarray(gain)[..., None, None] * self.scaled.sum(axis=-3)
+        """A0 + gain A1, and the matrices of the inputs, shape (..., N, w), for gains [rad/s] of shape (...)."""
+        return self.fixed + np.asarray(gain)[..., None, None] * self.scaled
 
 
 def equations(motion, allocation=None, notches=(), law=NOTHING, forces=None):
@@ -216,9 +216,8 @@ class _EquationRows:
         They give z and z'.
     force : ndarray, shape (..., m, w)
         Force on each coordinate, without what the loop gain multiplies.
-    fixed, scaled : ndarray, shapes (..., N, w) and (..., k, N, w)
-        Rates of the states: the part without the gain; and the part that the gain multiplies, by the error of each of
-        the k measured coordinates.
+    fixed, scaled : ndarray, shape (..., N, w)
+        Rates of the states: the part without the gain, and the part that the gain multiplies.
     """
 
     def __init__(self, motion, allocation, notches, law, forces):
@@ -226,8 +225,7 @@ class _EquationRows:
         leading, m, dtype = motion.mass.shape[:-2], len(motion), motion.stiffness.dtype
         self.coordinates, self.rates = np.zeros((2, *leading, m, columns.count))
         self.force = np.zeros((*leading, m, columns.count), dtype)
-        self.fixed = np.zeros((*leading, columns.states, columns.count), dtype)
-        self.scaled = np.zeros((*leading, len(notches), columns.states, columns.count), dtype)
+        self.fixed, self.scaled = np.zeros((2, *leading, columns.states, columns.count), dtype)
 
 
 def _add_law(motion, allocation, law, errors, rows):
@@ -254,15 +252,12 @@ def _add_law(motion, allocation, law, errors, rows):
         rows.fixed[..., movements, states] = _kron(identity, c_row)
     accelerated = motion.accelerations(np.concatenate([by_speed, by_acceleration], axis=-1))
     by_speed, by_acceleration = np.split(accelerated, 2, axis=-1)  # accelerations M^-1 B1 U and M^-1 B2 U
-    for number in range(rows.scaled.shape[-3]):
-        by_gain, rates = rows.scaled[..., number, :, :], allocation.rates[..., number, None]  # a column of R
-        e, e_rate = (of_all[..., number, :] for of_all in errors)
-        if a.shape[-1]:
-            by_gain[..., states, :] = -_outer(_kron(rates, b_column)[..., 0], e)
-        by_gain[..., movements, :] = -d * _outer(rates[..., 0], e)
-        by_error = ((d * by_speed + (c_row @ b_column) * by_acceleration) @ rates)[..., 0]
-        by_gain[..., velocities, :] = -_outer(by_error, e)
-        by_gain[..., velocities, :] -= d * _outer((by_acceleration @ rates)[..., 0], e_rate)
+    error, error_rate = (allocation.rates @ of_all for of_all in errors)  # R e and R e'
+    if a.shape[-1]:
+        rows.scaled[..., states, :] = -_kron(identity, b_column) @ error
+    rows.scaled[..., movements, :] = -d * error
+    rows.scaled[..., velocities, :] = -(d * by_speed + (c_row @ b_column) * by_acceleration) @ error
+    rows.scaled[..., velocities, :] -= d * by_acceleration @ error_rate
 
 
 def _outer(column, row):
