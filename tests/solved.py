@@ -117,4 +117,4 @@ def end_force(scene, end=2):
     NoSolutionError, ConvergenceError
         The cable has no equilibrium.
     """
-    return np.array(CableCase(cs.load({**scene, "model": {}}).model).catenary.end_forces("global")[end - 1])
+    return np.array(CableCase(cs.load({**scene, "model": {}}).model).form.end_forces("global")[end - 1])

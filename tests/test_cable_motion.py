@@ -60,7 +60,7 @@ def dense(case, frequency, direction, carried=()):
     cable = CableOfBars(case, direction, carried)
     if case.scene.wind.aerodynamic_damping:
         cable.damping += cable.air
-    ends = case.catenary.at(np.array([0.0, 1.0]))[1]
+    ends = case.continuous.at(np.array([0.0, 1.0]))[1]
     ends = ends @ case.span.frame / np.linalg.norm(ends, axis=1)[:, None]
     pulls, inner = np.zeros((2, 3 * cable.nodes)), np.s_[3:-3]
     pulls[0, :3], pulls[1, -3:] = ends

@@ -10,6 +10,7 @@ from command import CONFIGS, refusal, refused_in_one_line, rows_of, run, stored_
 from picture import undrawn
 from references import catenary_mp
 from scipy.optimize import brentq
+from solved import solve
 
 import cablestudy as cs
 from cablestudy.scene.scene import load_scene
@@ -151,42 +152,47 @@ def test_a_column_that_cables_have_in_one_case_is_compared_there():
     assert limits("mast.yaml", *sets, "--set", "case=cold", code=0)["a"] == row
 
 
-def value_and_error(case, column):
-    """Value of a column of line.yaml in a load case, and its stated relative error."""
-    answer = json.loads(run("static", "line.yaml", "--case", case, "--format", "json").out)
-    return answer["rows"][0][column], answer["errors"][0][column]
+FREQUENCY = "outofplane_frequency_1"
+
+
+def frequency_in_storm():
+    """FREQUENCY of line.yaml in its storm, and its stated relative error, by the drag. [Hz], [-]"""
+    row = solve(load_scene("line.yaml", ["case=storm"])[1], FREQUENCY)
+    return row.values[FREQUENCY], row.errors[FREQUENCY]
 
 
 @pytest.mark.parametrize("share", [-2, -0.5, 0.5, 2])
 def test_a_margin_below_the_stated_error_is_undecided(share):
-    """Limits above and below the tension in a storm, by half of its stated error and by twice that."""
-    value, error = value_and_error("storm", "max_tension_N")
+    """Limits above and below a frequency in a storm, by half of its stated error and by twice that."""
+    value, error = frequency_in_storm()
     assert error > 1e-6
-    limit = f"{{that: max_tension <= {value * (1 + share * error)!r} N, cases: [storm]}}"
+    limit = f"{{that: {FREQUENCY} <= {value * (1 + share * error)!r} Hz, cases: [storm]}}"
     done = run("static", "line.yaml", "--limits", "--set", f"limits={{a: {limit}}}", code=1 if share < 0 else 0)
     assert [line.partition(":")[0] for line in done.lines] == ["not met"] * (share < 0) + ["undecided"] * (
         abs(share) < 1
     )
     if abs(share) < 1:
-        assert "a (storm): the stated error is larger than the margin: max_tension <=" in done.lines[-1]
+        assert f"a (storm): the stated error is larger than the margin: {FREQUENCY} <=" in done.lines[-1]
 
 
-@pytest.mark.parametrize(("factor", "warned"), [(1 + 1e-4, "undecided: a (storm)"), (1 + 4e-4, "not met: a (ice)")])
+@pytest.mark.parametrize(("factor", "warned"), [(1 + 1e-4, "undecided: a (storm)"), (1 + 4e-4, "not met: a (cold)")])
 def test_a_load_case_that_does_not_govern_may_be_undecided(factor, warned):
-    """A tension in ice, with a small error, governs; that in a storm is below the limit by less than its error.
+    """A frequency on a cold day, of small error, governs; that in a storm is below the limit by less than its error.
 
-    Nothing is undecided where the ice exceeds the limit for certain.
+    Nothing is undecided where the cold day exceeds the limit for certain.
     """
-    value, error = value_and_error("storm", "max_tension_N")
+    value, error = frequency_in_storm()
     assert error > 4e-4
 
-    def excess(weight):
-        in_ice = cs.load("line.yaml", case="ice", set={"cases.ice.ice": {"weight": weight}})
-        return in_ice.static()["max_tension_N"] - factor * value
+    def excess(temperature):
+        cold = load_scene("line.yaml", ["case=cold", f"cases.cold.temperature={temperature!r}", "model.accuracy=1e-8"])[
+            1
+        ]
+        return solve(cold, FREQUENCY).values[FREQUENCY] - factor * value
 
-    ice = f"cases.ice.ice={{weight: {brentq(excess, 1, 50)!r} N/m}}"
-    limit = f"limits={{a: {{that: max_tension <= {(1 + 2e-4) * value!r} N, cases: [ice, storm]}}}}"
-    done = run("static", "line.yaml", "--limits", *with_sets(ice, limit), code=None)
+    cold = f"cases.cold.temperature={brentq(excess, 230, 290)!r}"
+    limit = f"limits={{a: {{that: {FREQUENCY} <= {(1 + 2e-4) * value!r} Hz, cases: [cold, storm]}}}}"
+    done = run("static", "line.yaml", "--limits", *with_sets(cold, limit, "model.accuracy=1e-6"), code=None)
     assert [line[: len(warned)] for line in done.lines] == [warned]
 
 
@@ -319,10 +325,10 @@ columns: [limit_margin, governing, mass]
 
 
 def test_a_study_names_undecided_limits_among_its_notes():
-    """Limits above the tension in a storm by half of its stated error, and by twice that."""
-    value, error = value_and_error("storm", "max_tension_N")
+    """Limits above a frequency in a storm by half of its stated error, and by twice that."""
+    value, error = frequency_in_storm()
     limits = ", ".join(
-        f'{{that: "max_tension <= {value * (1 + share * error)!r} N", cases: [storm]}}' for share in (0.5, 2)
+        f'{{that: "{FREQUENCY} <= {value * (1 + share * error)!r} Hz", cases: [storm]}}' for share in (0.5, 2)
     )
     write("study.yaml", f"base: line.yaml\nvary: [{{limits.a: [{limits}]}}]\ncolumns: [limit_margin]\n")
     lines = [line for line in run("sweep", "study.yaml", "--no-write", "--explain").lines if "undecided" in line]

@@ -113,7 +113,7 @@ def test_force_temperature_and_wind_together_are_those_of_a_suspension():
     alone = scene_of(one("preload: 8 kN", day.replace("FORCE", ", forces: {end_2: [500 N, 0, 0]}")))
     values = cells(alone, "force_displacement", "tension_1", "tension_2", "swing", "sag", "reaction_1_vertical")
     calm = CableCase(scene_of(one("preload: 8 kN", day.replace("FORCE", ""))))
-    held = -calm.catenary.end_forces("global")[1, 0]
+    held = -calm.form.end_forces("global")[1, 0]
     text = one("unstretched_length: LENGTH", day.replace("FORCE", ", forces: {gondola: [500 N, 0, 0]}"))
     text = text.replace("LENGTH", repr(float(calm.reference_length))).replace("  ends: [[0, 0, 20], [90, 0, 35]]\n", "")
     text = text.replace("gondola: {mass: 200 kg}\n", "").replace("end_1: ", "a: ")

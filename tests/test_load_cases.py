@@ -110,10 +110,15 @@ def exact(day, length, x=300.0, y=0.0):
 @pytest.mark.parametrize(("x", "y"), [(300, 0), (180, -240)])
 @pytest.mark.parametrize("day", DAYS)
 def test_each_case_is_the_catenary_with_its_weight_vector_and_length(day, x, y):
-    expected = exact(day, 301.0, x, y)
-    found = cells(line("unstretched_length: 301 m", f"case={day}", x=x, y=y), *expected)
-    for name, value in expected.items():
-        assert found[name] == pytest.approx(value, rel=1e-10, abs=1e-9), name
+    expected, scene = exact(day, 301.0, x, y), line("unstretched_length: 301 m", f"case={day}", x=x, y=y)
+    if DAYS[day][3]:  # in uniform drag, about which the cable moves
+        uniform = CableCase(scene).results.catenary
+        ends = np.linalg.norm(uniform.end_forces("global")[0], axis=-1)
+        found = {"preload": uniform.mean_tension[0], "tension_1": ends[0], "tension_2": ends[1]}
+    else:
+        found = cells(scene, *expected)
+    for name, value in found.items():
+        assert value == pytest.approx(expected[name], rel=1e-10, abs=1e-9), name
 
 
 def test_the_length_is_that_of_the_reference_state_in_every_case():
@@ -208,16 +213,14 @@ def test_no_digit_of_a_case_in_the_wind_depends_on_the_other_rows():
 @pytest.mark.crossed
 @pytest.mark.parametrize("day", ["storm", "oblique"])
 @pytest.mark.parametrize("length", [300.3, 303.0, 315.0])
-def test_the_stated_error_holds_for_drag_that_changes_along_the_cable(day, length):
-    """Truth: 400 pieces, each of which meets the wind in its own direction. Elements do, and have no such error."""
+def test_drag_changes_along_the_cable(day, length):
+    """Truth: 400 pieces, each of which meets the wind in its own direction."""
     case = CableCase(line(f"unstretched_length: {length} m", f"case={day}"))
-    error = float(case.results.drag_error[0])
-    assert 0 < error < 0.3
     change, ice, thickness, pressure, degrees = DAYS[day]
     warm = 1 + ALPHA * change
     weight = (RHO * AREA / warm + ice) * G
     load = cable_in_wind.drag(1.2 * (D + 2 * thickness), lambda place: pressure, math.radians(degrees), weight)
-    ends, start = np.array([[0.0, 0.0, 20.0], [300.0, 0.0, 28.0]]), case.catenary.end_forces("global")[0]
+    ends, start = np.array([[0.0, 0.0, 20.0], [300.0, 0.0, 28.0]]), case.form.end_forces("global")[0]
     _, force = cable_in_wind.solve(*ends, E * AREA, length * warm, load, start)
     tension = np.linalg.norm(force, axis=1)
     elements = CableCase(line(f"unstretched_length: {length} m", f"case={day}", "model={elements: 24, order: 6}"))
@@ -225,18 +228,8 @@ def test_the_stated_error_holds_for_drag_that_changes_along_the_cable(day, lengt
         ("mean_tension", np.trapezoid(tension) / 400, 5e-5),
         ("max_tension", tension.max(), 1e-4),
     ):
-        assert abs(float(getattr(case.statics, name)) / truth - 1) <= error, name
+        assert getattr(case.statics, name) == pytest.approx(truth, rel=1e-5), name
         assert getattr(elements.statics, name) == pytest.approx(truth, rel=close), name
-
-
-def test_the_error_of_the_drag_is_stated():
-    line("unstretched_length: 303 m")
-    calm, storm = (
-        json.loads(run("static", "s.yaml", *sets, "--format", "json").out)["errors"][0]["sag_m"]
-        for sets in ((), ("--set", "case=storm"))
-    )
-    assert calm <= 1e-12
-    assert 1e-4 < storm < 0.03
 
 
 # ------------------------------------------------------------------------------------------------------ bad input
@@ -312,7 +305,7 @@ gondola: {mass: 50 kg}
 cases: {storm: {wind: {pressure: 400 Pa, direction: 90 deg}, ice: {weight: 5 N/m}}}
 """
     names = ("cable_frequency", "inplane_frequency_3", "outofplane_frequency_2", "gondola_frequency",
-             "gondola_damping_ratio", "end_stiffness")  # fmt: skip
+             "gondola_damping_ratio")  # fmt: skip
     area = math.pi * 0.02**2 / 4
     mass = 7000 * area + 5 / G
     gravity = math.hypot(mass * G, 1.2 * 400 * 0.02) / mass

@@ -1,4 +1,4 @@
-"""Errors that numbers of one cable state for drag taken as uniform along it: with loads, steep, pushed, in a loop.
+"""Numbers of cables in drag that varies along them: with loads, steep, pushed; and errors of motion, in uniform drag.
 
 Against cables cut into 400 pieces, each of which meets the wind in its own direction (`references.cable_in_wind`), and
 the loop gain of such a chain of bars.
@@ -73,19 +73,21 @@ def pieces_of(name, case, shift=0.0, loaded=True):
     load = cable_in_wind.drag(1.2 * diameter, lambda place: pressure, direction, mass * G)
     point_loads = {round(share * PIECES): np.array(force, dtype=float) for share, force in loads.items() if loaded}
     end_2 = np.array(end) + np.array([shift, 0, 0])
-    catenary = case.catenary if loaded else solve_catenary(case.span.without_loads())
+    catenary = case.form if loaded else solve_catenary(case.span.without_loads())
     length, start = case.reference_length, catenary.end_forces("global")[0]
     return cable_in_wind.solve(np.zeros(3), end_2, stiffness, length, load, start, PIECES, point_loads)
 
 
 @pytest.mark.parametrize("name", campaign(CABLES, list(CABLES)[::2]))
-def test_stated_errors_are_those_against_400_pieces_or_more(name):
+def test_numbers_at_rest_are_those_of_400_pieces(name):
     scene = scene_of(name)
     place, force = pieces_of(name, CableCase(scene))
     expected = cable_in_wind.statics(place, force, [round(share * PIECES) for share in CABLES[name][5]])
     row = solve(scene, *expected)
     for column, value in expected.items():
-        assert abs(row.values[column] - value) <= (row.errors[column] + 2e-5) * abs(value), column
+        between = 2e-4 if column in ("sag", "swing", "lowest_point") else 1e-9  # two ends of pieces
+        assert abs(row.values[column] - value) <= (row.errors[column] + between) * abs(value) + 1e-9, column
+        assert row.errors[column] < 1e-4, column
 
 
 def stiffness_of_bars(name, force, length):
@@ -100,8 +102,7 @@ def stiffness_of_bars(name, force, length):
 
 
 @pytest.mark.parametrize("name", campaign(BARE, ["thin", "veering"]))
-def test_stiffness_and_horizontal_tension_state_what_the_drag_changes(name):
-    """A stiffness by sagging goes with the cube of the tension, so that it has a larger error."""
+def test_stiffness_and_horizontal_tension_are_those_of_bars(name):
     case = CableCase(scene_of(name))
     _, force = pieces_of(name, case)
     level = np.hypot(force[:, 0], force[:, 1])
@@ -130,16 +131,14 @@ def deflections_of_bars(name, case):
 
 
 @pytest.mark.parametrize("name", [name for name in CABLES if name not in BARE])
-def test_deflections_state_what_the_drag_changes_of_them(name):
+def test_deflections_are_those_of_bars(name):
     """The deflection is a difference of two forms, and without its loads a cable may be far softer."""
     scene = scene_of(name)
     full, linear = deflections_of_bars(name, CableCase(scene))
     expected = {"deflection": full, "linear_deflection": linear, "nonlinearity": linear / full - 1}
-    row = solve(scene, *expected, "tension_1")
+    row = solve(scene, *expected)
     for column, value in expected.items():
         assert abs(row.values[column] - value) <= (row.errors[column] + 1e-4) * abs(value), column
-    if name == "little":
-        assert abs(row.values["deflection"] / full - 1) > 5 * row.errors["tension_1"]
 
 
 def frequencies_of_bars(name, force, length):
@@ -185,10 +184,10 @@ def test_clearance_counts_what_moves_along_a_slope(ground):
     level = ground if isinstance(ground, float) else np.interp(x, *np.transpose(ground))
     true = (curve(x) - level).min()
     row = solve(scene, "clearance")
-    assert abs(row.values["clearance"] - true) <= row.errors["clearance"] * abs(true) < 4.0
+    assert abs(row.values["clearance"] - true) <= row.errors["clearance"] * abs(true) + 1e-4
 
 
-def test_a_pushed_gondola_states_what_the_drag_with_and_without_the_push_changes():
+def test_a_gondola_is_pushed_against_the_drag_with_and_without_the_push():
     """What holds it in the wind holds against the actual drag, and moves it no more than the push does."""
     force = -74.0
     scene = scene_of("thin", forces={"end_2": [force, 0, 0]})
@@ -198,10 +197,9 @@ def test_a_pushed_gondola_states_what_the_drag_with_and_without_the_push_changes
         return pieces_of("thin", case, shift)[1][-1, 0]
 
     at_rest = held(0.0)
-    shift = brentq(lambda shift: held(shift) - at_rest - force, -3.0, -0.5, xtol=1e-7)
+    shift = brentq(lambda shift: held(shift) - at_rest - force, -3.0, -0.5, xtol=1e-9)
     row = solve(scene, "force_displacement")
-    true = abs(row.values["force_displacement"] / (1e3 * shift) - 1)
-    assert 1e-3 < true < row.errors["force_displacement"] < 3 * true
+    assert abs(row.values["force_displacement"] / (1e3 * shift) - 1) < row.errors["force_displacement"] + 1e-7 < 1e-5
 
 
 def stiffness_along_x(force, length, frequencies):
@@ -228,7 +226,7 @@ def test_the_largest_gain_of_one_cable_states_what_its_own_drag_changes():
     direction, width = LOOP["cases"]["storm"]["wind"]["direction"], 1.2 * LOOP["cable"]["diameter"]
     end, weight = np.array(LOOP["cable"]["ends"][1]), LOOP["cable"]["mass_per_length"] * G
     load = cable_in_wind.drag(width, lambda place: 1211.0, direction, weight)
-    length, start = LOOP["cable"]["unstretched_length"], case.catenary.end_forces("global")[0]
+    length, start = LOOP["cable"]["unstretched_length"], case.form.end_forces("global")[0]
     _, force = cable_in_wind.solve(np.zeros(3), end, LOOP["cable"]["axial_stiffness"], length, load, start, PIECES)
 
     def loop_gain(frequency):
@@ -246,11 +244,10 @@ def test_the_largest_gain_of_one_cable_states_what_its_own_drag_changes():
 def test_lengths_and_masses_of_the_reference_state_state_no_error_by_drag():
     """No steady wind blows in the state in which the preload holds: numbers and errors are those without a case."""
     scene, names = scene_of("along"), ("unstretched_length", "mass")
-    calm, windy = solve(scene.model_copy(update={"case": None}), *names), solve(scene, *names, "max_tension")
+    calm, windy = solve(scene.model_copy(update={"case": None}), *names), solve(scene, *names)
     for name in names:
         assert windy.values[name] == calm.values[name]
         assert windy.errors[name] == calm.errors[name] <= 1e-12
-    assert windy.errors["max_tension"] > 1e-2
 
 
 def test_lengths_and_masses_of_a_suspension_state_no_error_by_drag():
@@ -258,7 +255,6 @@ def test_lengths_and_masses_of_a_suspension_state_no_error_by_drag():
     case = SuspensionCase(scene)
     for column in map(find, (f"{next(iter(scene.cables))}.unstretched_length", "cable_mass")):
         assert case.statics_error(column, column.compute(case)) < 1e-11, column.name
-    assert case.statics_error(find("max_tension")) > 1e-2
 
 
 # a knot that a strong wind carries along
@@ -274,7 +270,7 @@ KNOT = {
 }  # fmt: skip
 
 
-def test_the_distance_of_ends_that_find_their_place_has_an_error():
+def test_the_distance_of_ends_that_find_their_place():
     scene = SuspensionScene.model_validate(KNOT)
     case = SuspensionCase(scene)
     cable, direction = KNOT["cable"], KNOT["cases"]["storm"]["wind"]["direction"]
@@ -296,7 +292,7 @@ def test_the_distance_of_ends_that_find_their_place_has_an_error():
         column = find(f"{name}.chord")
         found = column.compute(case)
         true = abs(found / np.linalg.norm(knot - fixed) - 1)
-        assert 1e-8 < true < case.statics_error(column, found) < 1e-2, name
+        assert true < case.statics_error(column, found) + 1e-8 < 1e-5, name
 
 
 # a body that does not turn, on heavy cables and a spring: stiffness [N/m] and length [m] of the spring are last
@@ -306,7 +302,6 @@ EYES = {
     "light": (5.1e6, 0.81, 0.009, 6.0, 32.0, -0.35, (2.96, -1.74, -5.0), 8100.0, 6.065,
               {(-17.8, 4.8, 9.1): 20.77, (17.1, 17.9, 6.2): 25.77, (9.7, -18.6, 4.0): 22.21}),
 }  # fmt: skip
-WRONG = {"stiff": ("eye.stiffness_xy", "eye.stiffness_yx", "eye.share_y", "eye.share_z"), "light": ("spring.force",)}
 BARS = 120  # of each cable
 
 
@@ -371,14 +366,12 @@ def eye_on_bars(name, starts, near):
 
 
 @pytest.mark.parametrize("name", EYES)
-def test_stiffness_links_and_shares_state_what_the_drag_changes_of_them(name):
-    """Small entries of a stiffness, a spring between large forces, a mode beside others: more than of any tension."""
+def test_stiffness_links_and_shares_are_those_of_bars(name):
+    """Small entries of a stiffness, a spring between large forces; a mode beside others, of motion in uniform drag."""
     case = SuspensionCase(eye_of(name))
     expected = eye_on_bars(name, case.equilibrium.end_forces[:-1, 0], case.equilibrium.position[0])
-    of_tension, of_bars = case.group.errors.drag[0], 3 * (np.pi / BARS) ** 2 / 24
+    of_bars = 16 * (np.pi / BARS) ** 2 / 24
     for column, true_value in expected.items():
         found, stated = value_and_error(find(column), case)
-        true = abs(found / true_value - 1)
-        assert true < stated + of_bars, column
-        if column in WRONG[name]:
-            assert true > 1.2 * of_tension, column
+        assert abs(found / true_value - 1) < stated + of_bars, column
+        assert ".share_" in column or stated < 1e-6, column

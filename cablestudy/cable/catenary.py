@@ -70,6 +70,10 @@ class Catenary(SegmentedCable):
         parts = (take_rows(part, index) for part in (self.span, self.tension, self.segments, self.terms))
         return Catenary(*parts, self.record.of(index))
 
+    def with_span(self, span):
+        """Copy with another `Span`, such as one without places of loads that carry nothing."""
+        return replace(self, span=span)
+
     @cached_property
     def mid_forces(self):
         """Tension vector at mid-segment, chord frame, shape (..., k + 1, 3). [N]"""
@@ -159,6 +163,26 @@ class Catenary(SegmentedCable):
         length, weight = self.span.unstretched_length, self.segments.weight
         per_length = flexibility(self.tension, weight, self._axial_stiffness, *self._angles, self.terms)
         return tuple(length * (entry * self.segments.fraction).sum(axis=-1) for entry in per_length)
+
+    def flexibility_between(self, positions):
+        """Movement of the one end of each part of a cable per force, the other end fixed, as `flexibility`.
+
+        Parameters
+        ----------
+        positions : ndarray, shape (k + 1,)
+            Ends of the k parts, shares of the length, loads among them. [-]
+
+        Returns
+        -------
+        ndarray, shape (6, ..., k)
+            [m/N]
+        """
+        shares, middles = np.diff(positions), (positions[1:] + positions[:-1]) / 2
+        tension = tuple(np.moveaxis(self.tension_at(middles), -1, 0))
+        weight = np.asarray(self.span.weight)[..., None] * shares
+        terms = segment_terms(tension, weight, *self._angles)
+        per_length = np.array(flexibility(tension, weight, self._axial_stiffness, *self._angles, terms))
+        return np.asarray(self.span.unstretched_length)[..., None] * shares * per_length
 
     @cached_property
     def end_stiffness(self):

@@ -59,7 +59,7 @@ def _extreme_candidates(cable, normal):
     """
     span, edges = cable.span, cable.edges
     at_middle = (span.in_frame(cable.mid_forces, "global") * normal).sum(axis=-1)
-    change = cable.segment_weights * (span.vertical * normal).sum(axis=-1)[..., None]
+    change = cable.change_along(normal)
     zero = 0.5 - np.divide(at_middle, change, out=np.zeros_like(at_middle), where=change != 0)
     inner = edges[..., :-1] + np.clip(zero, 0.0, 1.0) * np.diff(edges, axis=-1)
     return np.concatenate([np.broadcast_to(edges, (*inner.shape[:-1], edges.shape[-1])), inner], axis=-1)

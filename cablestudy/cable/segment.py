@@ -273,6 +273,10 @@ class SegmentedCable:
         """Change of the tension vector along half of each segment, chord frame, shape (..., k, 3). [N]"""
         return (self.segment_weights / 2)[..., None] * self.span.up[..., None, :]
 
+    def change_along(self, normal):
+        """Change of the part of the tension vector along a normal, global axes, over each segment, (..., k). [N]"""
+        return self.segment_weights * (self.span.vertical * normal).sum(axis=-1)[..., None]
+
     @property
     def edge_forces(self):
         """Tension vectors at both ends of each segment, global axes, shape (..., k, 2, 3). [N]"""

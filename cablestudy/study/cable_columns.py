@@ -32,20 +32,7 @@ from cablestudy.study.motion_columns import (
     winch_columns,
 )
 from cablestudy.study.tolerances import STUDY
-from cablestudy.study.uneven_drag import (
-    chord_angles_by_drag,
-    chord_by_drag,
-    chord_stiffness_by_drag,
-    clearance_by_drag,
-    horizontal_by_drag,
-    lambda_squared_by_drag,
-    load_sag_by_drag,
-    lowest_by_drag,
-    relative_change,
-    sag_by_drag,
-    stiffness_by_drag,
-    swing_by_drag,
-)
+from cablestudy.study.uneven_drag import relative_change
 from cablestudy.wind.drag import shedding_frequencies
 
 # keys that columns need, as `Column.key`
@@ -97,18 +84,25 @@ def _deflections(case):
     Two pairs of a number [m] and its relative error [-], which is None with the elements of a scene.
     """
     from cablestudy.study.deflection import load_deflections, rounding
-    from cablestudy.study.deflection_by_drag import deflections_by_drag
 
-    deflections = np.array(load_deflections(case))
-    of_most_moved = deflections[:, np.abs(deflections[0]).argmax()]
-    full, linear = of_most_moved.tolist()
+    deflections = _of_most_moved(load_deflections(case))
+    full, linear = deflections.tolist()
     if not case.exact_statics:
         return (full, None), (linear, None)
-    by_rounding = rounding(case, full) / abs(full) if full else 0.0
-    actual = deflections + deflections_by_drag(case)  # in which another load may be the most moved one
-    by_drag = relative_change(actual[:, np.abs(actual[0]).argmax()] - of_most_moved, of_most_moved)
+    by_rounding, by_drag = rounding(case, full) / abs(full) if full else 0.0, np.zeros(2)
+    if case.coarser is not None:
+        coarser = _of_most_moved(load_deflections(case.coarser))
+        by_drag = relative_change(
+            np.abs(deflections - coarser) + case.form.unsettled * np.abs(deflections), deflections
+        )
     error, linear_error = np.maximum(max(STUDY.rounding, case.statics_error), by_drag).tolist()
     return (full, error + by_rounding), (linear, linear_error)
+
+
+def _of_most_moved(deflections):
+    """Deflections, non-linear and linear, of the load that moves most: shape (2,). [m]"""
+    deflections = np.array(deflections)
+    return deflections[:, np.abs(deflections[0]).argmax()]
 
 
 def _nonlinearity(case):
@@ -119,7 +113,7 @@ def _nonlinearity(case):
     (full, error), (linear, linear_error) = _deflections(case)
     span, forces = case.span, np.abs(case.span.load_forces)
     along_chord = not span.weight * span.cosine and forces[:, 1:].max() <= STUDY.rounding * forces.max()
-    if not full or (along_chord and not case.catenary.folded and np.isfinite(linear)):
+    if not full or (along_chord and not case.continuous.folded and np.isfinite(linear)):
         return 0.0, error
     ratio = linear / full
     if error is None:
@@ -136,11 +130,6 @@ def _tension(results, end):
 def _end_force(results, end):
     """Force of each cable on its support at an end, global axes. [N]"""
     return results.form.end_forces("global")[..., end - 1, :]
-
-
-def _end_force_by_drag(results, end):
-    """Error of `_end_force` by drag taken as uniform. [N]"""
-    return results.drag_errors.end_forces[..., end - 1, :]
 
 
 def _horizontal(force):
@@ -166,20 +155,9 @@ def _static_frequency(results):
     return np.sqrt(results.end_stiffness_along(0) / results.given("gondola.mass")) / (2 * np.pi)
 
 
-def _softening_by_drag(results):
-    """Relative error of the static stiffness along x by drag taken as uniform. [-]"""
-    return stiffness_by_drag(results, 0) / results.end_stiffness_along(0)
-
-
 def _below_horizontal(force):
     """Angle of forces on a support below the horizontal. [deg]"""
     return np.degrees(np.arctan2(-force[..., 2], _horizontal(force)))
-
-
-def _angle_by_drag(results, end):
-    """Error of the angle at an end by drag taken as uniform. [deg]"""
-    force = _end_force(results, end)
-    return _below_horizontal(force + _end_force_by_drag(results, end)) - _below_horizontal(force)
 
 
 def _support_columns():
@@ -188,16 +166,14 @@ def _support_columns():
         yield Column(f"tension_{end}", "N", f"tension at end {end}", "statics", partial(_tension, end=end))
     for end in (1, 2):
         yield Column(f"reaction_{end}_horizontal", "N", f"horizontal part of the force of the support at end {end}",
-                     "statics", partial(_horizontal_reaction, end=end),
-                     by_drag=lambda r, end=end: _horizontal(_end_force_by_drag(r, end)))  # fmt: skip
+                     "statics", partial(_horizontal_reaction, end=end))  # fmt: skip
         yield Column(f"reaction_{end}_vertical", "N", f"vertical part of the force of the support at end {end}, "
                      "upwards: negative where it holds the end down", "statics",
-                     lambda r, end=end: -_end_force(r, end)[..., 2],
-                     by_drag=lambda r, end=end: _end_force_by_drag(r, end)[..., 2])  # fmt: skip
+                     lambda r, end=end: -_end_force(r, end)[..., 2])  # fmt: skip
     for end in (1, 2):
         yield Column(f"angle_{end}", "deg", f"angle of the cable below the horizontal where it leaves end {end}",
-                     "statics", lambda r, end=end: _below_horizontal(_end_force(r, end)), determined_by="form",
-                     by_drag=partial(_angle_by_drag, end=end))  # fmt: skip
+                     "statics", lambda r, end=end: _below_horizontal(_end_force(r, end)),
+                     determined_by="form")  # fmt: skip
 
 
 def _linear_range(case):
@@ -208,6 +184,8 @@ def _linear_range(case):
     from cablestudy.cable.linear_range import linear_range
 
     displacement, error = linear_range(case.results.span.take([case.index]), np.array([[1.0, 0.0, 0.0]]))
+    if case.coarser is not None:  # the displaced cables hang in uniform drag
+        error += float(case.form.relative_change)
     error = error + case.statics_error if case.exact_statics else None
     return None if displacement is None else 1e3 * displacement, error
 
@@ -231,20 +209,18 @@ def _frequency(name, meaning, number, kind, symmetry=None):
 COLUMNS = (
     Column("preload", "N", "mean tension over the unstretched length", "statics", _mean_tension),
     Column("horizontal_tension", "N", "mean horizontal part of the tension", "statics",
-           lambda r: r.statics.horizontal_tension, by_drag=horizontal_by_drag),
+           lambda r: r.statics.horizontal_tension),
     Column("catenary_constant", "m", "horizontal tension over the weight of a length without ice: H/w", "statics",
-           _catenary_constant, "nonzero_gravity",
-           by_drag=lambda r: horizontal_by_drag(r) / (r.given("cable.section_mass") * r.given("gravity"))),
+           _catenary_constant, "nonzero_gravity"),
     Column("max_tension", "N", "largest tension along the cable", "statics", lambda r: r.statics.max_tension),
     Column("min_tension", "N", "smallest tension along the cable", "statics", lambda r: r.statics.min_tension),
     Column("unstretched_length", "m", "length without tension, at the reference temperature", "statics",
            _unstretched_length, of_reference=True),
     Column("stretched_length", "m", "length under tension", "statics", lambda r: r.statics.stretched_length),
-    Column("chord", "m", "distance between the ends", "scene", lambda r: r.chord, by_drag=chord_by_drag),
+    Column("chord", "m", "distance between the ends", "scene", lambda r: r.chord),
     Column("sag", "m", "vertical distance from chord to cable at mid-span", "statics",
-           lambda r: _as_stated(r.statics.sag, r.given("cable.sag")), determined_by="sag", by_drag=sag_by_drag),
-    Column("sag_ratio", "", "sag over chord", "statics", lambda r: r.statics.sag / r.chord, determined_by="sag",
-           by_drag=lambda r: sag_by_drag(r) / r.chord),
+           lambda r: _as_stated(r.statics.sag, r.given("cable.sag")), determined_by="sag"),
+    Column("sag_ratio", "", "sag over chord", "statics", lambda r: r.statics.sag / r.chord, determined_by="sag"),
     Column("mass", "kg", "mass of the cable, mass per length x unstretched length", "statics",
            lambda r: r.given("cable.section_mass") * r.reference_length, of_reference=True),
     Column("diameter", "mm", "outer diameter of the cross-section", "scene",
@@ -266,7 +242,7 @@ COLUMNS = (
     Column("stress", "MPa", "largest tension over area", "statics", lambda r: stress_of(r) / 1e6, METAL),
     Column("utilisation", "", "largest tension over breaking force", "statics", utilisation_of, STRONG),
     Column("lambda_squared", "", "Irvine's parameter: stiffness by stretching over stiffness by sagging", "statics",
-           lambda r: taut.lambda_squared(r.span, r.statics.mean_tension), by_drag=lambda_squared_by_drag),
+           lambda r: taut.lambda_squared(r.span, r.statics.mean_tension)),
     Column("deflection", "m", "movement of the most moved point load along its force, from the unloaded form",
            "statics", lambda c: _deflections(c)[0], LOADED, each=True),
     Column("linear_deflection", "m", "deflection by the tangent stiffness of the unloaded form", "statics",
@@ -274,31 +250,29 @@ COLUMNS = (
     Column("nonlinearity", "", "linear over full deflection, less one", "statics", _nonlinearity, LOADED,
            each=True),
     Column("load_sag", "m", "vertical distance from chord to the point load that hangs lowest below it", "statics",
-           lambda c: load_sag(c.form), LOADED, each=True, by_drag=load_sag_by_drag),
+           lambda c: load_sag(c.form), LOADED, each=True),
     *_support_columns(),
     Column("lowest_point", "m", "level of the lowest point of the cable, its ends included", "statics",
-           lambda r: r.end_1[..., 2] + lowest_point(r.form), determined_by="form", by_drag=lowest_by_drag),
+           lambda r: r.end_1[..., 2] + lowest_point(r.form), determined_by="form"),
     Column("clearance", "m", "least vertical distance from the cable down to the ground", "statics",
-           lambda c: clearance(c.form, c.end_1, c.scene.ground), "ground", each=True, determined_by="form",
-           by_drag=clearance_by_drag),
+           lambda c: clearance(c.form, c.end_1, c.scene.ground), "ground", each=True, determined_by="form"),
     Column("swing", "deg", "angle out of the vertical plane of the chord, at mid-span", "statics",
-           lambda r: np.degrees(sag_and_swing(r.form, r.middle)[1]), determined_by="form", by_drag=swing_by_drag),
+           lambda r: np.degrees(sag_and_swing(r.form, r.middle)[1]), determined_by="form"),
     Column("inclination_from_plumb", "deg", "angle of the chord from the vertical", "statics",
-           lambda r: np.degrees(chord_angles(r.span.frame[..., 0, :])[1]),
-           by_drag=partial(chord_angles_by_drag, index=1)),
+           lambda r: np.degrees(chord_angles(r.span.frame[..., 0, :])[1])),
     Column("end_stiffness", "N/m", "static stiffness of end 2 along x, interior condensed", "stiffness",
-           lambda r: r.end_stiffness_along(0), by_drag=partial(stiffness_by_drag, axis=0)),
+           lambda r: r.end_stiffness_along(0)),
     Column("end_stiffness_zz", "N/m", "static stiffness of end 2 along z", "stiffness",
-           lambda r: r.end_stiffness_along(2), by_drag=partial(stiffness_by_drag, axis=2)),
+           lambda r: r.end_stiffness_along(2)),
     Column("end_stiffness_yy", "N/m", "static stiffness of end 2 along y", "stiffness",
-           lambda r: r.end_stiffness_along(1), by_drag=partial(stiffness_by_drag, axis=1)),
+           lambda r: r.end_stiffness_along(1)),
     Column("end_stiffness_xz", "N/m", "force along x by a static movement of end 2 along z", "stiffness",
-           _coupling_stiffness, by_drag=partial(stiffness_by_drag, axis=0, moved=2)),
+           _coupling_stiffness),
     Column("end_stiffness_along", "N/m", "static stiffness of end 2 along the chord", "stiffness",
-           lambda r: r.end_stiffness_chord, by_drag=chord_stiffness_by_drag),
+           lambda r: r.end_stiffness_chord),
     _frequency("cable_frequency", "lowest in-plane frequency, ends fixed", 1, "in-plane"),
     Column("gondola_frequency_static", "Hz", "sqrt(static end stiffness/gondola mass)/(2 pi)", "stiffness",
-           _static_frequency, "gondola.mass", by_drag=lambda r: _static_frequency(r) / 2 * _softening_by_drag(r)),
+           _static_frequency, "gondola.mass"),
     Column("gondola_frequency", "Hz", "coupled mode with the largest share of the gondola's static compliance",
            "gondola", lambda c: c.gondola_mode.frequency, "gondola.mass"),
     Column("gondola_share", "", "share of the gondola's static compliance in its mode, phi^2/w^2 over 1/k", "gondola",
@@ -312,11 +286,9 @@ COLUMNS = (
                  "less than by the wind on the gondola alone", f"{BODY}, {DIAMETER}", "in_wind_that_damps",
                  "in_cable_wind"),
     Column("mean_displacement", "mm", "displacement of the gondola along x by the mean wind on it, the winch at rest; "
-           "linear", "stiffness", lambda r: 1e3 * mean_displacement(r), STEADY,
-           by_drag=lambda r: 1e3 * mean_displacement(r) * _softening_by_drag(r)),
+           "linear", "stiffness", lambda r: 1e3 * mean_displacement(r), STEADY),
     Column("force_displacement", "mm", "displacement of the gondola along x by the force of the load case on it",
-           "statics", lambda r: 1e3 * r.pushed[0], "gondola.mass, forces_on_end_2",
-           by_drag=lambda r: 1e3 * r.drag_errors.ends[:, 1, 0]),
+           "statics", lambda r: 1e3 * r.pushed[0], "gondola.mass, forces_on_end_2"),
     Column("peak", "mm", "largest displacement of the gondola expected within wind.duration: mean_displacement, and "
            "Davenport's factor times the RMS with the winch loop, if there is one", "wind", peak_of_gondola, BODY),
     Column("peak_utilisation", "", "largest tension over breaking force at the gondola's peak, towards either side; "

@@ -51,8 +51,6 @@ class Column:
     # "sag": by its sag, whose estimated error counts too; empty: by neither
     determined_by: str = ""
     of_reference: bool = False  # by the reference state alone, in which no steady wind blows
-    # Results -> its error, shape (n,), by drag that is taken as uniform: beside the relative one of all results
-    by_drag: Callable | None = None
     any_error: bool = False  # whether it has the error that it reaches, which may be above the accuracy of the model
     follows_drag: bool = False  # whether its error counts what drag that is taken as uniform leaves, if anything
 
@@ -151,6 +149,12 @@ def shapeless_error(column, limp):
 def not_finite(column):
     """The error of a column whose value is not finite."""
     return NoSolutionError(f"{column.header} is not finite")
+
+
+def number_of(column, case):
+    """Number of a result column in one case, without its error."""
+    result = column.compute(case)
+    return result[0] if isinstance(result, tuple) else result
 
 
 def value_and_error(column, case):

@@ -23,8 +23,8 @@ def nodal_deflections(case):
 
     Parameters
     ----------
-    case : CableCase
-        With point loads. If `case.exact_statics`, both equilibria are elastic catenaries in closed form; else they are
+    case : CableCase or HangingCable
+        With point loads. If `case.exact_statics`, both equilibria are those of the continuous cable; else they are
         those of the finite elements that the scene states.
 
     Returns
@@ -43,17 +43,17 @@ def nodal_deflections(case):
     span = case.span
     if not len(span.load_positions):
         raise NoSolutionError("the cable carries no point load")
-    unloaded = solve(span.without_loads())
+    unloaded = case.form_of(span.without_loads())
     if not unloaded.record.converged:
         raise ConvergenceError("deflections need an equilibrium of the unloaded cable", unloaded.record)
-    if case.exact_statics:  # both forms are elastic catenaries; else those of the scene's own elements
+    if case.exact_statics:
         fractions = split(span).fraction
         mesh = mesh_segments(fractions, len(fractions), STUDY.spectral_order)
-        unloaded_state, loaded_state = from_catenary(unloaded, mesh), from_catenary(case.catenary, mesh)
+        unloaded_state, loaded_state = from_catenary(unloaded, mesh), from_catenary(case.form, mesh)
     else:
         loaded_state = case.state
         mesh = loaded_state.mesh
-        unloaded_state, _ = solve_elements(unloaded, mesh)
+        unloaded_state, _ = solve_elements(solve(span.without_loads()), mesh)
     full = loaded_state.displacement - unloaded_state.displacement
     length = float(span.unstretched_length)
     linear = _by_tangent(unloaded, mesh, span) if case.exact_statics else length * _by_elements(unloaded_state, span)
@@ -61,21 +61,16 @@ def nodal_deflections(case):
 
 
 def _by_tangent(unloaded, mesh, span):
-    """Linear displacements of the nodes of a mesh by point loads, by the tangent of a catenary without loads.
+    """Linear displacements of the nodes of a mesh by point loads, by the tangent of a continuous cable without loads.
 
     The tension vector of piece i, between the nodes i and i + 1, changes by c - f_i: c is its change at end 1, f_i the
     sum of the loads before the piece. With the flexibility F_i of the piece, the displacements u of its nodes differ by
     u_(i+1) - u_i = F_i (c - f_i). c follows from the ends, which stay: (sum of F_i) c = sum of F_i f_i. Returns u,
-    shape (nodes, 3), in the chord frame [m]; NaN where the catenary hangs folded.
+    shape (nodes, 3), in the chord frame [m]; NaN where the cable hangs folded.
     """
     if unloaded.folded:
         return np.full((mesh.nodes, 3), np.nan)
-    positions, angles = mesh.node_positions, (span.cosine, span.sine)
-    shares, middles = np.diff(positions), (positions[1:] + positions[:-1]) / 2
-    tension, weight = tuple(unloaded.tension_at(middles).T), span.weight * shares
-    terms = segment.segment_terms(tension, weight, *angles)
-    per_length = np.array(segment.flexibility(tension, weight, span.axial_stiffness, *angles, terms))
-    entries = span.unstretched_length * shares * per_length  # qq, nn, yy, qn, qy, ny [m/N]
+    entries = unloaded.flexibility_between(mesh.node_positions)  # qq, nn, yy, qn, qy, ny [m/N]
     flexibility = entries[[[0, 3, 4], [3, 1, 5], [4, 5, 2]]]  # shape (3, 3, pieces)
     forces = np.zeros((mesh.nodes, 3))
     np.add.at(forces, _nodes_of_loads(mesh, span), span.load_forces)
@@ -123,6 +118,6 @@ def rounding(case, full):
     full : float
         The deflection. [m]
     """
-    loaded, _ = case.catenary.at(np.linspace(0.0, 1.0, STUDY.spectral_order + 1))
+    loaded, _ = case.form.at(np.linspace(0.0, 1.0, STUDY.spectral_order + 1))
     size = float(np.abs(loaded).max() * case.span.unstretched_length) + abs(full)
     return STUDY.form_rounding * size

@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cablestudy.cable.catenary import solve
 from cablestudy.cable.span import Span
 from cablestudy.cable.steady_drag import Profile, SteadyDrag
 from cablestudy.study.tolerances import STUDY
@@ -281,7 +280,7 @@ class Push:
         return f"{REASONS[self.reason[case]]} in {self.steps[case]} steps, {self.residual[case]:.1e} left"
 
 
-def pushed_ends(span_at, force):
+def pushed_ends(form_at, force):
     """Displacements u of n cable ends along x by forces F on them, from their positions without F.
 
     Solves g(u) = g(0) + F for u, where g(u) is the force that holds end 2 at the displacement u. The slope of g, the
@@ -290,8 +289,8 @@ def pushed_ends(span_at, force):
 
     Parameters
     ----------
-    span_at : callable
-        Displacements u of end 2, shape (n,) [m] -> `Span` of n cables with all other loads.
+    form_at : callable
+        Displacements u of end 2, shape (n,) [m] -> `Catenary` of n cables with all other loads.
     force : ndarray, shape (n,)
         F of each cable, along x. [N]
 
@@ -302,10 +301,10 @@ def pushed_ends(span_at, force):
     """
     shift, done = np.zeros(len(force)), force == 0
     low, high = np.where(force > 0, 0.0, -np.inf), np.where(force > 0, np.inf, 0.0)
-    holding_force, stiffness, tension, chord = _holding_force(span_at(shift))
-    target, steps = holding_force + force, np.zeros(len(force), dtype=int)
+    force_there, stiffness, tension, chord = holding_force(form_at(shift))
+    target, steps = force_there + force, np.zeros(len(force), dtype=int)
     for _ in range(STUDY.push_steps):  # of Newton's method; the solution stays between low and high
-        imbalance = target - holding_force
+        imbalance = target - force_there
         low, high = np.where(imbalance > 0, shift, low), np.where(imbalance < 0, shift, high)
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             next_shift = shift + imbalance / stiffness
@@ -316,8 +315,8 @@ def pushed_ends(span_at, force):
         if done.all():
             break
         shift, steps = np.where(done, shift, next_shift), steps + ~done
-        holding_force, stiffness, tension, chord = _holding_force(span_at(shift))
-    imbalance = np.where(force == 0, 0.0, np.abs(target - holding_force))
+        force_there, stiffness, tension, chord = holding_force(form_at(shift))
+    imbalance = np.where(force == 0, 0.0, np.abs(target - force_there))
     scale = np.maximum(np.abs(force), tension)
     residual = np.divide(imbalance, scale, out=np.zeros_like(imbalance), where=scale > 0)
     unbalanced = np.where(residual <= STUDY.balanced, CONVERGED, UNBALANCED)
@@ -327,11 +326,10 @@ def pushed_ends(span_at, force):
     return Push(shift, np.minimum(error, 1.0), steps, residual, reason)
 
 
-def _holding_force(span):
+def holding_force(cables):
     """Force that holds end 2 along x [N], its slope [N/m], largest tension [N] and chord [m], each of shape (n,)."""
-    cables = solve(span)
     force = -cables.end_forces("global")[..., 1, 0]
-    x_axis = span.frame[..., 0]
+    x_axis = cables.span.frame[..., 0]
     # without a matrix product, whose rounding would depend on the number of cables
     slope = sum(x_axis[..., i] * cables.end_stiffness[..., i, j] * x_axis[..., j] for i in range(3) for j in range(3))
-    return force, slope, cables.max_tension, span.chord
+    return force, slope, cables.max_tension, cables.span.chord

@@ -61,36 +61,16 @@ def of_gondola(case):
 def of_fixed(case):
     """Notes on fixed elements; warnings where a stress is too large, or their statics far from the continuous cable."""
     model, error, warnings = case.scene.model, statics_error(case), strength_warning(case)
-    averaged = float(case.results.drag_error[case.index]) if case.scene.load_case.grows_with_height else 0.0
-    averaging = f", in which the wind is averaged over the height: estimated error {averaged:.1e}" if averaged else ""
     notes = (
         f"model: {model.elements} elements of order {model.order}, {model.mass} mass, as the scene says",
-        f"statics: {case.convergence}; tensions and sag within {error:.1e} of the closed form{averaging}",
+        f"statics: {case.convergence}; tensions and sag within {error:.1e} of the closed form",
     )
-    if error <= max(STUDY.poor_statics, averaged):
+    if error <= STUDY.poor_statics:
         return notes, warnings
     return notes, (
         *warnings,
         f"warning: tensions or sag of {model.elements} elements of order {model.order} are {100 * error:.2g} % off"
         " those of the continuous cable; take more elements, or model.accuracy instead",
-    )
-
-
-def averaged_wind(load_case, error, remedy=""):
-    """A note on a wind that grows with the height and is averaged along cables, at most one. Returns a tuple of str.
-
-    Parameters
-    ----------
-    load_case : CommonLoadCase
-    error : float
-        Estimated relative error by taking the drag as uniform along a cable. [-]
-    remedy : str
-        Text after the note: how the error is avoided.
-    """
-    if not load_case.grows_with_height or error <= STUDY.poor_statics:
-        return ()
-    return (
-        f"note: the wind is averaged over the height of each cable: estimated error up to {100 * error:.2g} %{remedy}",
     )
 
 
@@ -102,10 +82,7 @@ def of_closed_form(case, over_strength):
     warnings = strength_warning(case) if over_strength else ()
     if case.index not in case.results.failures:
         warnings += _beyond_ends(case)
-    if not case.scene.load_case.grows_with_height or case.index in case.results.failures:
-        return warnings
-    error = float(case.results.drag_error[case.index])
-    return warnings + averaged_wind(case.scene.load_case, error, "; the elements of model: {elements: 100} follow it")
+    return warnings
 
 
 def _beyond_ends(case):
@@ -113,7 +90,7 @@ def _beyond_ends(case):
     span = case.span
     if not len(span.load_positions) and span.vertical[2] == 1:  # its own weight keeps a cable between its ends
         return ()
-    reach = reach_beyond_ends(case.catenary)
+    reach = reach_beyond_ends(case.continuous)
     if reach <= STUDY.rounding * float(span.chord):
         return ()
     return (f"warning: the cable reaches {reach:.4g} m beyond its ends, so that sag, below its chord, says little",)

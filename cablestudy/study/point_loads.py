@@ -68,7 +68,7 @@ def loaded_cables(case):
     cables = {}
     for name in dict.fromkeys(load.rpartition(".")[0] for load in case.scene.load_paths):
         cable = cables[name] = case.hanging(name)
-        if cable.exact_statics and cable.catenary.slack:
+        if cable.exact_statics and cable.form.slack:
             raise NoSolutionError(f"{name}: {SHAPELESS}" if name else SHAPELESS)
     return cables
 

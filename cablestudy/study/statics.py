@@ -68,7 +68,7 @@ class ElementStatics:
         self._state, self._middle = state, middle
         span, weights = state.span, state.mesh.point_weights
         force = (state.tension * np.asarray(state.force)[..., None, None])[..., None] * state.direction
-        up = np.asarray(span.up)[..., None, None, :]
+        up = span.frame[..., 2][..., None, None, :]  # in the chord frame
         horizontal = force - (force * up).sum(axis=-1, keepdims=True) * up
 
         def mean(values):

@@ -45,7 +45,11 @@ class StudyTolerances:
     newton_steps_of_drag: int = 2  # of c in each
     # further ones of cables that these do not settle, and the share of the new d that each of them takes: the drag on a
     # slack cable swings to and fro, the less the smaller this share
-    further_drag_steps: tuple = ((20, 0.7), (60, 0.3))
+    further_drag_steps: tuple = ((6, 1.0), (20, 0.7), (60, 0.3))
+    # parts of each smooth piece of a cable on which its drag is a polynomial: half as many show the error, which is
+    # 1e-9 for common cables, and 1e-6 where a storm changes the tension by a half
+    drag_parts: int = 4
+    settled_form: float = 1e-8  # share of the change by actual drag that the last step of the search changes
     # of a change by actual drag: what the last step of a search for it changes, and what is left out of balance
     settled_drag: float = 0.01
     known_drag: float = 0.05  # of the change of a cable after all turns: where more is left nothing is known

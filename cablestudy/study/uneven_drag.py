@@ -14,11 +14,10 @@ from functools import lru_cache
 
 import numpy as np
 
-from cablestudy.cable.geometry import chord_angles, lowest_point, points_along
+from cablestudy.cable.geometry import points_along
 from cablestudy.cable.matrices import of_each, solved
 from cablestudy.cable.records import assign_rows, take_rows
 from cablestudy.cable.steady_drag import SteadyDrag, across
-from cablestudy.cable.taut import lambda_squared
 from cablestudy.cable.tolerances import CABLE
 from cablestudy.cable.vectors import size
 from cablestudy.study.tolerances import STUDY
@@ -231,15 +230,6 @@ def stiffness_and_length(span):
     return (np.asarray(array)[..., None, None] for array in (span.axial_stiffness, span.unstretched_length))
 
 
-def stretched_and_turned(force, tension, tangent, stiffness):
-    """Change of r' by a small change of the tension vector, shape (n, j, 3): it stretches the cable and turns it. [-]
-
-    Tension and tangent are size [N] and direction of the tension vector before.
-    """
-    along = (force * tangent).sum(axis=-1, keepdims=True)
-    return force / stiffness + (force - along * tangent) / tension
-
-
 def slope_of(force, stiffness):
     """r' of tension vectors, shape (..., j, 3) [-], their sizes, shape (..., j, 1) [N], and directions.
 
@@ -362,25 +352,6 @@ def settled_changes(cables, ends=None, start=None, settled=STUDY.settled_drag):
     return changes
 
 
-def pushed_by_drag(cables, held, force):
-    """Movements of the ends of cables whose end 2 moves along x until the change of its tension there is `force`.
-
-    Returns
-    -------
-    ends : ndarray, shape (n, 2, 3)
-        [m]
-    changes : ChangesByDrag
-        With these movements; `held` are those with both ends held.
-    """
-    ends, changes = np.zeros((len(force), 2, 3)), held
-    for _ in range(STUDY.pushed_drag_steps):
-        stiffness = stiffness_of(changes.tensions, cables)[:, 0, 0]
-        further = np.divide(force - changes.end_tensions[:, 1, 0], stiffness, out=0 * force, where=stiffness > 0)
-        ends[:, 1, 0] += further
-        changes = cables.changes(ends, changes)
-    return ends, changes
-
-
 def _tension_change(cables, moved, held):
     """Largest change of the tension along n cables from `ChangesByDrag` `held` to `moved`, over the tension, (n,)."""
     force = np.concatenate([cables.at_points, cables.at_ends], axis=1)
@@ -447,161 +418,3 @@ def movement_errors(movement):
 def bounded_errors(error):
     """Estimated errors that are numbers, none of them larger than `unknown_error`."""
     return np.minimum(np.nan_to_num(error, nan=STUDY.unknown_error), STUDY.unknown_error)
-
-
-def chord_by_drag(results):
-    """Error of the distance of the ends by drag taken as uniform. [m]
-
-    A cable that hardly stretches turns: what the movement of its ends is wrong by, which is a small share of it, may be
-    more than its part along the chord.
-    """
-    step, _ = _moved_chord(results)
-    along = np.abs((step * results.span.frame[..., 0, :]).sum(axis=-1))
-    return along + (1 - 1 / STUDY.second_order) * size(step)
-
-
-def chord_angles_by_drag(results, index):
-    """Error of an angle of the chord, of an index in `chord_angles`, by drag taken as uniform. [deg]"""
-    _, moved_chord = _moved_chord(results)
-    actual, uniform = moved_chord / size(moved_chord)[..., None], results.span.frame[..., 0, :]
-    return np.degrees(chord_angles(actual)[index] - chord_angles(uniform)[index])
-
-
-def _moved_chord(results):
-    """Change of the vector from end 1 to end 2 by the actual drag, and the changed one, (..., 3) each. [m]"""
-    step = results.drag_errors.ends[..., 1, :] - results.drag_errors.ends[..., 0, :]
-    return step, _chord(results) + step
-
-
-def _chord(results):
-    """Vector from end 1 to end 2 of cables in uniform drag, (..., 3). [m]"""
-    return results.span.frame[..., 0, :] * np.asarray(results.span.chord)[..., None]
-
-
-def horizontal_by_drag(results):
-    """Error of the mean horizontal part of the tension by drag taken as uniform. [N]"""
-    errors, span = results.drag_errors, results.span
-    uniform = span.in_frame(results.form.tension_at(errors.points), "global")
-    actual, uniform = (np.hypot(vectors[..., 0], vectors[..., 1]) for vectors in (errors.tensions, uniform))
-    return ((actual - uniform) * errors.weights[..., 0]).sum(axis=-1)
-
-
-def stiffness_by_drag(results, axis, moved=None):
-    """Error of the static stiffness of end 2 along a global axis (0, 1, 2) by drag taken as uniform. [N/m]
-
-    By a displacement along the same axis, or along axis `moved`.
-    """
-    return results.drag_errors.stiffness_change(results.form)[..., axis, axis if moved is None else moved]
-
-
-def chord_stiffness_by_drag(results):
-    """Error of the static stiffness of end 2 along the chord by drag taken as uniform. [N/m]"""
-    chord = results.span.frame[..., 0, :]
-    change = results.drag_errors.stiffness_change(results.form)
-    return (chord[..., :, None] * change * chord[..., None, :]).sum(axis=(-2, -1))
-
-
-def lambda_squared_by_drag(results):
-    """Error of Irvine's parameter by the mean tension that drag taken as uniform gives. [-]"""
-    errors, tension = results.drag_errors, results.statics.mean_tension
-    change = ((size(errors.tensions) - size(results.form.tension_at(errors.points))) * errors.weights[..., 0]).sum(
-        axis=-1
-    )
-    return lambda_squared(results.span, tension + change) - lambda_squared(results.span, tension)
-
-
-def sag_by_drag(results):
-    """Error of the sag by drag taken as uniform. [m]"""
-    return _changes_at_midspan(results)[0]
-
-
-def swing_by_drag(results):
-    """Error of the swing by drag taken as uniform. [deg]"""
-    return np.degrees(_changes_at_midspan(results)[1])
-
-
-def _changes_at_midspan(results):
-    """Changes of sag [m] and swing [rad] of cables by the actual drag, each of shape (...).
-
-    The points and ends of the cable move by what the errors state; the chord turns with its ends. A share of movements
-    with the ends counts whatever its direction, as in `movement_errors`.
-    """
-    errors, middle = results.drag_errors, results.middle[..., None]
-    index = np.clip((errors.points < middle).sum(axis=-1, keepdims=True), 1, errors.points.shape[-1] - 1)
-    before, beyond = (np.take_along_axis(errors.points, index - k, axis=-1) for k in (1, 0))
-    start, end = (np.take_along_axis(errors.displacement, (index - k)[..., None], axis=-2)[..., 0, :] for k in (1, 0))
-    movement = start + (end - start) * (middle - before) / np.maximum(beyond - before, STUDY.tiny)
-    step, moved_chord = _moved_chord(results)
-    chord, place = _chord(results), points_along(results.form, middle)[..., 0, :]
-    tangent = results.span.in_frame(results.form.at(middle)[1], "global")[..., 0, :]
-    sag, swing = _at_midspan(place, tangent, chord)
-    movement = movement - errors.ends[..., 0, :]
-    moved_sag, moved_swing = _at_midspan(place + movement, tangent, moved_chord)
-    by_ends = (1 - 1 / STUDY.second_order) * np.where(step.any(axis=-1), size(movement - step / 2), 0.0)
-    distance = np.maximum(size(place - chord / 2), STUDY.tiny)
-    return np.abs(moved_sag - sag) + by_ends, np.abs(moved_swing - swing) + by_ends / distance
-
-
-def _at_midspan(place, tangent, chord):
-    """Sag [m] and swing [rad] of cables, by a point near mid-span, from end 1, and the tangent there; each (...).
-
-    Mid-span is where the tangent is half-way between the ends, horizontally along the chord.
-    """
-    length = size(chord)
-    along, across, vertical = _along_and_across(place - chord / 2, chord / length[..., None])
-    of_tangent = _along_and_across(tangent, chord / length[..., None])
-    passed = np.divide(along, of_tangent[0], out=np.zeros_like(along), where=of_tangent[0] != 0)
-    across, vertical = np.abs(across - passed * of_tangent[1]), vertical - passed * of_tangent[2]
-    across = np.where(across > CABLE.distance_rounding * length, across, 0.0)
-    return -vertical, np.arctan2(across, np.abs(vertical))
-
-
-def load_sag_by_drag(results):
-    """Largest vertical movement of a point of each cable against the point of the chord above it. [m]"""
-    chord = results.span.frame[..., 0, :]
-    run, _, slope = _along_and_across(chord, chord)
-    movement = results.drag_errors.from_chord
-    along, _, vertical = _along_and_across(movement, chord[..., None, :])
-    return np.abs(vertical - along * (slope / np.maximum(run, STUDY.tiny))[..., None]).max(axis=-1)
-
-
-def lowest_by_drag(results):
-    """Error of the level of the lowest point by drag taken as uniform: by its end, where that is the lowest. [m]"""
-    rise = results.span.chord * results.span.frame[..., 0, 2]
-    of_lower_end = np.where(rise < 0, results.drag_errors.ends[..., 1, 2], results.drag_errors.ends[..., 0, 2])
-    at_end = lowest_point(results.form) >= np.minimum(rise, 0.0)
-    return np.where(at_end, of_lower_end, lowering_by_drag(results))
-
-
-def lowering_by_drag(results):
-    """Largest vertical movement of a point of each cable by what the uniform drag leaves out. [m]"""
-    return np.abs(results.drag_errors.displacement[..., 2]).max(axis=-1)
-
-
-def clearance_by_drag(results):
-    """Error of the clearance by drag taken as uniform: largest movement of a point of each cable to the ground. [m]
-
-    Above a slope that is the vertical movement less what the ground rises by along the horizontal one: on all sides of
-    the ground that the point may be above.
-    """
-    movement, error = results.drag_errors.displacement, lowering_by_drag(results)
-    x = results.end_1[..., None, 0] + points_along(results.form, results.drag_errors.points)[..., 0]
-    for case, ground in enumerate(results.grounds):
-        if not isinstance(ground, tuple):
-            continue
-        corners, levels = np.array(ground, dtype=float).T
-        slopes = np.diff(levels) / np.diff(corners)
-        along, towards = movement[case, ..., 0], 0.0
-        for reach in (-np.abs(along), 0.0, np.abs(along)):
-            side = np.clip(np.searchsorted(corners, x[case] + reach, side="right") - 1, 0, len(slopes) - 1)
-            towards = np.maximum(towards, np.abs(movement[case, ..., 2] - slopes[side] * along))
-        error[case] = towards.max(axis=-1)
-    return error
-
-
-def _along_and_across(vectors, chord):
-    """Parts of vectors, horizontally along a chord (zero if it is vertical) and across it, and upwards: each (...)."""
-    run = np.hypot(chord[..., 0], chord[..., 1])
-    east, north = (chord[..., axis] / np.where(run > STUDY.rounding, run, np.inf) for axis in (0, 1))
-    x, y, z = np.moveaxis(vectors, -1, 0)
-    return x * east + y * north, y * east - x * north, z

@@ -10,7 +10,7 @@ from cablestudy.cable.dynamics import PLANAR
 from cablestudy.cable.geometry import midspan
 from cablestudy.errors import NoSolutionError
 from cablestudy.motion.model_sizes import MODAL
-from cablestudy.study.column import DISCRETE, SYSTEM, shapeless_error
+from cablestudy.study.column import DISCRETE, SYSTEM, number_of, shapeless_error
 from cablestudy.study.compared_case import ComparedCase
 from cablestudy.study.motion_columns import DAMPING_RATIO
 from cablestudy.study.one_cable.asked_modes import AskedModes, found_frequencies
@@ -104,7 +104,7 @@ class CableCase(ComparedCase):
 
     def check(self, column):
         """Raise the NoSolutionError of a column of a form that the cable lacks, or of damping without a limit."""
-        if column.determined_by and self.exact_statics and self.catenary.slack:
+        if column.determined_by and self.exact_statics and self.continuous.slack:
             raise shapeless_error(column, self.limp)
         of_damping = column.needs in SYSTEM and (column.needs != "gondola" or column.name == DAMPING_RATIO)
         if of_damping and self.damped_by_modes and self.exact_statics and self.level is None:
@@ -136,9 +136,15 @@ class CableCase(ComparedCase):
         if not column.least_error or number is None:
             return column.least_error
         error = max(column.least_error, self.statics_error)
-        if column.by_drag is None or self.results.drag_errors is None:
+        if self.coarser is None:
             return error
-        return max(error, float(relative_change(self.results.change_by_drag(column)[self.index], number)))
+        change = abs(number - number_of(column, self.coarser)) + self.form.unsettled * abs(number)
+        return max(error, float(relative_change(change, number)))
+
+    @cached_property
+    def coarser(self):
+        """`CableCase` with drag of its steady wind that varies on half as many parts; None without a steady wind."""
+        return self.results.coarser and CableCase(self.scene, self.results.coarser, self.index)
 
     def equilibrium_error(self, column):
         """Relative error of a number of the motion by what the equilibrium leaves out: drag, conductors. [-]"""
@@ -202,8 +208,8 @@ class CableCase(ComparedCase):
         return () if self.results.span.load_masses is None else self.span.point_masses
 
     @cached_property
-    def catenary(self):
-        """The closed-form equilibrium: `Catenary`.
+    def continuous(self):
+        """The continuous cable where it hangs: `Catenary`, or in a steady wind `CatenaryInDrag`.
 
         Raises
         ------
@@ -211,37 +217,32 @@ class CableCase(ComparedCase):
             There is none.
         """
         self.results.check(self.index)
-        return self.results.catenary.take(self.index)
+        return self.results.form.take(self.index)
 
     @cached_property
     def statics(self):
         """Statics of the model: `ClosedStatics` or `ElementStatics`."""
         if self.exact_statics:
-            return ClosedStatics(self.catenary)
-        return ElementStatics(self.state, self.convergence, self.catenary.middle)
+            return ClosedStatics(self.continuous)
+        return ElementStatics(self.state, self.convergence, self.continuous.middle)
 
     @property
     def form(self):
-        """The cable in equilibrium, `Catenary` or `State`: an argument of the functions of `cable.geometry`."""
-        return self.catenary if self.exact_statics else self.state
+        """The cable in equilibrium, `continuous` or `State`: an argument of the functions of `cable.geometry`."""
+        return self.continuous if self.exact_statics else self.state
 
     @property
     def middle(self):
         """Arc length at mid-span over unstretched length. [-]"""
-        return self.catenary.middle if self.exact_statics else midspan(self.state)
+        return self.continuous.middle if self.exact_statics else midspan(self.state)
 
     def hanging(self, _):
         """Its cable of any name, as of a suspension: itself."""
         return self
 
-    @property
-    def steady_wind(self):
-        """Drag on the cable, and the movement of its ends that uniform drag leaves out: `SteadyDrag`, (1, 2, 3) [m].
-
-        None without a steady wind.
-        """
-        results, index = self.results, [self.index]
-        return None if results.drag_errors is None else (results.drag.take(index), results.drag_errors.ends[index])
+    def form_of(self, span):
+        """The continuous cable with other loads than its own, by its `Span`: `Catenary` or `CatenaryInDrag`."""
+        return self.results.form_of(span, self.index)
 
     @property
     def pushed(self):
@@ -308,7 +309,7 @@ class CableCase(ComparedCase):
     @cached_property
     def end_stiffness(self):
         """Static stiffness of end 2, end 1 fixed, along x, y, z, shape (3, 3). [N/m]"""
-        in_chord_frame = self.catenary.end_stiffness if self.exact_statics else self.dynamics.end_stiffness
+        in_chord_frame = self.continuous.end_stiffness if self.exact_statics else self.dynamics.end_stiffness
         frame = self.span.frame
         stiffness = frame.T @ in_chord_frame @ frame
         return np.where(np.abs(stiffness) > 1e-15 * np.abs(stiffness).max(), stiffness, 0.0)

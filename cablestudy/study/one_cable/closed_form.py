@@ -239,11 +239,11 @@ def _error(column, results, required, numbers):
     It is the largest of the errors that apply to the column:
 
     * all columns: `Column.least_error` by rounding, zero if a number follows from the scene without an equilibrium;
-    * if that is not zero: rounding of the equilibrium; and the error as drag is taken as uniform along the cable and a
-      conductor as linear. Columns of the state without load case (`Column.of_reference`) have no error by drag;
+    * if that is not zero: rounding of the equilibrium; and the error as a conductor is taken as linear;
     * columns with `determined_by` "sag": rounding of the sag;
     * the column `force_displacement`: error of the displacement of end 2 by the force on it;
-    * columns with a function `Column.by_drag`: change of their own number by the actual drag.
+    * in a steady wind: change of its own number by the parts on which the drag varies (`Results.change_by_coarser`),
+      but of columns of the state without load case (`Column.of_reference`).
 
     Parameters
     ----------
@@ -260,14 +260,13 @@ def _error(column, results, required, numbers):
     if required.scene_only:
         return error
     if column.least_error:
-        model_error = results.model_error - (results.drag_error if column.of_reference else 0.0)
-        error = np.maximum(error, np.maximum(results.statics_rounding, model_error))
+        error = np.maximum(error, np.maximum(results.statics_rounding, results.model_error))
     if column.determined_by == "sag":
         error = np.maximum(error, results.sag_rounding)
     if column.name == "force_displacement":
         error = np.maximum(error, results.pushed[1])
-    if column.by_drag is not None and numbers is not None and results.drag_errors is not None:
-        error = np.maximum(error, relative_change(results.change_by_drag(column), numbers))
+    if numbers is not None and not column.of_reference and results.in_steady_wind:
+        error = np.maximum(error, relative_change(results.change_by_coarser(column, numbers), numbers))
     return error
 
 

@@ -32,9 +32,9 @@ class LoadedCables:
         Displacement of end 2 along x by the force of the load case on it [m], and its relative error [-].
     reasons : dict
         Index of a cable -> why it does not exist.
-    without_push : callable or None
-        Function without arguments -> `Span` and `SteadyDrag` without these displacements; None where no case has a
-        force on end 2.
+    at : callable or None
+        Displacements of end 2, shape (n,) [m], or None -> `Span` and `SteadyDrag` with these in place of `shift`; None
+        where no case has a force on end 2.
     """
 
     span: Span
@@ -43,7 +43,7 @@ class LoadedCables:
     shift: np.ndarray
     shift_error: np.ndarray
     reasons: dict
-    without_push: Callable | None = None
+    at: Callable | None = None
 
 
 def loaded_cables(values, equivalent=None):
@@ -88,11 +88,11 @@ def loaded_cables(values, equivalent=None):
 
     if not values.push.any():
         return LoadedCables(*loaded_at(None), length, *np.zeros((2, len(values))), reasons)
-    push = pushed_ends(lambda shift: loaded_at(shift)[0], values.push)
+    push = pushed_ends(lambda shift: solve(loaded_at(shift)[0]), values.push)
     loaded = loaded_at(push.shift)
     for case in np.flatnonzero(~push.converged).tolist():
         reasons.setdefault(case, f"{UNPUSHED} ({push.describe(case)})")
-    return LoadedCables(*loaded, length, push.shift, push.error, reasons, lambda: loaded_at(None))
+    return LoadedCables(*loaded, length, push.shift, push.error, reasons, loaded_at)
 
 
 def _with_loads_on_cable(span, reasons):

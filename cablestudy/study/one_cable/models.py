@@ -258,7 +258,7 @@ class ElementResults(Results):
         arrays = (array[indices] for array in (closed.reference_length, *closed.pushed))
         self.loaded = LoadedCables(models.span, closed.drag.take(indices), *arrays, {})
         self.catenary = closed.catenary.take(indices)
-        self.statics = ElementStatics(models.state, models.record, self.catenary.middle)
+        self.statics = ElementStatics(models.state, models.record, closed.middle[indices])
 
     @property
     def form(self):

@@ -1,5 +1,6 @@
 """Results of many cases in closed form, as arrays with an axis of cases."""
 
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -7,27 +8,21 @@ import numpy as np
 from cablestudy.cable.catenary import solve
 from cablestudy.cable.meshes import edges_of_pieces
 from cablestudy.cable.newton import UNDETERMINED
+from cablestudy.cable.records import with_arrays
 from cablestudy.cable.span import CORES
 from cablestudy.cable.taut import lambda_squared
 from cablestudy.cable.tolerances import CABLE
 from cablestudy.cable.vectors import row_keys
 from cablestudy.errors import ConvergenceError, NoSolutionError
+from cablestudy.study.catenary_in_drag import in_drag
 from cablestudy.study.column import LIMP
 from cablestudy.study.conductors import uneven_errors
-from cablestudy.study.load_cases import wind_direction
+from cablestudy.study.load_cases import holding_force, wind_direction
 from cablestudy.study.one_cable.conductors import equivalent_cables
 from cablestudy.study.one_cable.loaded_cables import loaded_cables
 from cablestudy.study.statics import ClosedStatics, tensions_by_end_2
 from cablestudy.study.tolerances import STUDY
-from cablestudy.study.uneven_drag import (
-    CablesInDrag,
-    bounded_errors,
-    errors_of_modes,
-    largest_ratio,
-    pushed_by_drag,
-    settled_changes,
-    uneven_drag_errors,
-)
+from cablestudy.study.uneven_drag import bounded_errors, errors_of_modes, largest_ratio
 
 NO_MOTION = "the cable hangs folded: somewhere it has no tension, and no stiffness about it"
 
@@ -40,11 +35,13 @@ class Results:
     Parameters
     ----------
     values : SceneValues or CaseTable
-        Values of the n scenes.
+        Values of the n scenes; all load cases have a steady wind, or none has.
+    drag_parts : int
+        Equal parts of each smooth piece of a cable, on which the drag of a steady wind varies as a polynomial.
     """
 
-    def __init__(self, values):
-        self.values, self._along, self._changes = values, {}, {}
+    def __init__(self, values, drag_parts=STUDY.drag_parts):
+        self.values, self._drag_parts, self._along = values, drag_parts, {}
 
     def given(self, path):
         """A number that each scene states, shape (n,); see `SceneValues.given`."""
@@ -53,7 +50,40 @@ class Results:
     @cached_property
     def loaded(self):
         """`LoadedCables`: the n cables in their load cases."""
-        return loaded_cables(self.values, self.equivalent_cables)
+        loaded = loaded_cables(self.values, self.equivalent_cables)
+        if loaded.at is None or not self.in_steady_wind:
+            return loaded
+        # the forces on end 2 against the drag that varies along the cable, by Newton's method
+        push = self.values.push
+        shift, step = np.where(push == 0, 0.0, loaded.shift), 0.0
+        target = holding_force(self._in_drag(*loaded.at(0 * shift)))[0] + push
+        for _ in range(STUDY.pushed_drag_steps):
+            force, stiffness, *_ = holding_force(self._in_drag(*loaded.at(shift)))
+            step = np.divide(target - force, stiffness, out=np.zeros_like(force), where=(stiffness > 0) & (push != 0))
+            shift = shift + step
+        error = loaded.shift_error + np.divide(np.abs(step), np.abs(shift), out=np.zeros_like(shift), where=shift != 0)
+        span, drag = loaded.at(shift)
+        return replace(loaded, span=span, drag=drag, shift=shift, shift_error=error)
+
+    @cached_property
+    def in_steady_wind(self):
+        """True if the load cases have a steady wind."""
+        return bool(np.isfinite(self.given("load_case.wind.dynamic_pressure")).any())
+
+    def _in_drag(self, span, drag):
+        """Equilibrium of cables in drag that varies along each: `CatenaryInDrag`."""
+        return in_drag(drag, solve(span), self._drag_parts)
+
+    @cached_property
+    def coarser(self):
+        """These results with drag that varies on half as many parts; they have none, nor have those without wind."""
+        if not self.in_steady_wind or self._drag_parts < STUDY.drag_parts:
+            return None
+        coarser = Results(self.values, self._drag_parts // 2)
+        coarser.equivalent_cables = self.equivalent_cables
+        if self.loaded.at is None:
+            coarser.loaded, coarser.catenary = self.loaded, self.catenary
+        return coarser
 
     @cached_property
     def equivalent_cables(self):
@@ -78,8 +108,13 @@ class Results:
 
     @cached_property
     def catenary(self):
-        """The equilibria of the elastic catenary."""
+        """The equilibria of the elastic catenary, in a steady wind with drag that is uniform along each cable."""
         return solve(self.span)
+
+    @cached_property
+    def form(self):
+        """The cables where they hang: `Catenary`, in a steady wind `CatenaryInDrag`; `cable.geometry` takes both."""
+        return in_drag(self.drag, self.catenary, self._drag_parts) if self.in_steady_wind else self.catenary
 
     @cached_property
     def failures(self):
@@ -96,15 +131,17 @@ class Results:
         """True of cables longer than their chord without any load: no tension, and no definite form, shape (n,)."""
         return self.catenary.record.reason == UNDETERMINED
 
-    @property
-    def form(self):
-        """The cables in equilibrium: the argument of functions of `cable.geometry`."""
-        return self.catenary
+    def form_of(self, span, index):
+        """One cable by its `Span` with other loads than its own, in its steady wind: `form` of this one."""
+        if not self.in_steady_wind:
+            return solve(span)
+        batch_of_one = with_arrays(span, lambda array: np.asarray(array)[None])
+        return in_drag(self.drag.take([index]), solve(batch_of_one), self._drag_parts).take(0)
 
     @property
     def middle(self):
         """Arc length at mid-span over unstretched length, shape (n,). [-]"""
-        return self.catenary.middle
+        return self.form.middle
 
     @property
     def end_1(self):
@@ -134,13 +171,13 @@ class Results:
     @cached_property
     def statics(self):
         """Tensions, sag and stretched length: `ClosedStatics`."""
-        return ClosedStatics(self.catenary)
+        return ClosedStatics(self.form)
 
     def end_stiffness_along(self, axis, moved=None):
         """Static stiffness of end 2, end 1 fixed, shape (n,); see `CableCase.end_stiffness_along`. [N/m]"""
         key = axis, axis if moved is None else moved
         if key not in self._along:
-            self._along[key] = along(self.span, self.catenary.end_stiffness, *key)
+            self._along[key] = along(self.span, self.form.end_stiffness, *key)
         return self._along[key]
 
     @property
@@ -151,12 +188,12 @@ class Results:
     @cached_property
     def tensions_by_end_2(self):
         """Tensions at both ends of each piece [N], and sizes of their changes with end 2 [N/m], (n, k, 2) each."""
-        return tensions_by_end_2(self.catenary, self.end_stiffness_of_x)
+        return tensions_by_end_2(self.form, self.end_stiffness_of_x)
 
     @property
     def end_stiffness_chord(self):
         """Static stiffness of end 2 along the chord, end 1 fixed, shape (n,). [N/m]"""
-        return self.catenary.end_stiffness[..., 0, 0]
+        return self.form.end_stiffness[..., 0, 0]
 
     # ---------------------------------------------------------------------------------------- what motion depends on
 
@@ -252,46 +289,44 @@ class Results:
         return self.values.grounds
 
     @cached_property
-    def drag_error(self):
-        """Relative error of all results in a steady wind, as drag is taken as uniform along a cable, shape (n,). [-]"""
-        return np.zeros(len(self.values)) if self.drag_errors is None else self.drag_errors.error
-
-    @cached_property
-    def drag_errors(self):
-        """`DragErrors` of the equilibria, as drag is taken as uniform along each cable; None without a steady wind."""
-        if not self.drag.normal_drag.any():
-            return None
-        cables = CablesInDrag.of(self.drag, self.catenary)
-        held = settled_changes(cables)
-        if self.loaded.without_push is None:
-            return uneven_drag_errors(cables, held)
-        # what holds end 2 along x holds against the force that the actual drag leaves there without the push
-        span, drag = self.loaded.without_push()
-        without_push = settled_changes(CablesInDrag.of(drag, solve(span)))
-        ends, moved = pushed_by_drag(cables, held, without_push.end_tensions[:, 1, 0])
-        return uneven_drag_errors(cables, held, ends, moved)
-
-    def change_by_drag(self, column):
-        """Changes of the numbers of a column by drag that is taken as uniform, as its `by_drag` says, shape (n,)."""
-        if column.header not in self._changes:
-            self._changes[column.header] = column.by_drag(self)
-        return self._changes[column.header]
-
-    @cached_property
     def model_error(self):
-        """Relative error of all results: by the drag, and by conductors that are no linear cables, shape (n,). [-]"""
+        """Relative error of all results by conductors that are no linear cables, shape (n,). [-]"""
         cables = self.equivalent_cables
-        return self.drag_error + (0.0 if cables is None else uneven_errors(cables.linear, self.catenary))
+        return np.zeros(len(self.values)) if cables is None else uneven_errors(cables.linear, self.catenary)
+
+    def change_by_coarser(self, column, numbers):
+        """Errors of the numbers of a column by the drag of a steady wind, which varies on parts of each cable.
+
+        Parameters
+        ----------
+        column : Column
+        numbers : ndarray, shape (n,)
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            Changes against `coarser` results, in the unit of the column; `unknown_error` times the number where the
+            form did not settle.
+        """
+        change = np.abs(numbers - np.asarray(column.compute(self.coarser)))
+        return change + self.form.unsettled * np.abs(numbers)
 
     @cached_property
     def mode_error(self):
-        """Relative error of all frequencies: of form and stiffness too, by the drag, beside `model_error`; (n,). [-]"""
-        if self.drag_errors is None:
+        """Relative error of all frequencies, shape (n,): that of the model, and by drag taken as uniform. [-]
+
+        The cables move about their form in uniform drag.
+        """
+        if not self.in_steady_wind:
             return self.model_error
-        change, uniform = self.drag_errors.stiffness_change(self.catenary), self.catenary.global_end_stiffness
-        of_stiffness = bounded_errors(STUDY.second_order * largest_ratio(change, uniform))
-        of_modes = errors_of_modes(self.drag_error, self.drag_errors.form_error(self.catenary), of_stiffness)
-        return np.where(self.drag.normal_drag > 0, of_modes - self.drag_error, 0.0) + self.model_error
+        of_stiffness = bounded_errors(
+            STUDY.second_order
+            * largest_ratio(
+                self.form.global_end_stiffness - self.catenary.global_end_stiffness, self.catenary.global_end_stiffness
+            )
+        )
+        of_modes = errors_of_modes(self.form.relative_change, self.form.form_change, of_stiffness)
+        return np.where(self.drag.normal_drag > 0, of_modes, 0.0) + self.model_error
 
     @cached_property
     def sag_rounding(self):

@@ -82,7 +82,8 @@ def evaluate_cases(scenes, columns, estimate=False):
     """
     groups = {}
     for index, scene in enumerate(scenes):
-        key = scene.model.elements is None, scene.cable.stress_strain is None, load_count(scene)
+        to_accuracy, linear = scene.model.elements is None, scene.cable.stress_strain is None
+        key = to_accuracy, linear, scene.load_case.wind is None, load_count(scene)
         groups.setdefault(key, []).append(index)
     rows, required = [None] * len(scenes), ColumnRequirements(columns)
     for (to_accuracy, *_), indices in groups.items():
@@ -102,7 +103,9 @@ def _fixed_rows_at_once(scenes):
 
 
 class CableBatch(RowBatch):
-    """Scenes of one cable, with equally many point loads, all with stress-strain curves or none; see `RowBatch`.
+    """Scenes of one cable, with equally many point loads, all with stress-strain curves, a steady wind, or none.
+
+    See `RowBatch`.
 
     Parameters
     ----------

@@ -120,7 +120,7 @@ def _irvine_frequency(column, case):
         raise NoSolutionError("no formula of Irvine's")
     if case.scene.loads:
         raise NoSolutionError("Irvine's cable carries no point loads")
-    span, tension = case.span, case.catenary.mean_tension
+    span, tension = case.span, case.continuous.mean_tension
     if family == "axial":
         return float(taut.axial_frequencies(count, span)[-1]), None
     mass, _ = taut.per_deformed_length(span)

@@ -1,7 +1,7 @@
 """One suspension at rest: its equilibrium, tensions, stiffness and displacements, each computed when it is needed."""
 
-from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, partial
+from math import isfinite
 
 import numpy as np
 
@@ -9,6 +9,7 @@ from cablestudy.cable.linear_range import linear_range
 from cablestudy.errors import NoSolutionError
 from cablestudy.statics.rigid import point_movement
 from cablestudy.statics.suspension import GROUND
+from cablestudy.study.column import number_of
 from cablestudy.study.scene_values import merged_loads
 from cablestudy.study.statics import ClosedStatics
 from cablestudy.study.suspension.group import Group, HangingCable
@@ -82,10 +83,21 @@ class SuspensionAtRest:
         """`Equilibrium` of this case; raises as `group`."""
         return self.group.equilibrium.take(self.index)
 
+    @cached_property
+    def rest(self):
+        """`Equilibrium` where it rests, in a steady wind with drag that varies along each cable; raises as `group`."""
+        return self.group.rest.take(self.index)
+
+    @cached_property
+    def coarser(self):
+        """Case of the same class with drag that varies on half as many parts; None without a steady wind."""
+        coarser = self.group.coarser
+        return coarser and type(self)(self.with_all_cables, coarser, self.index)
+
     @property
     def form(self):
         """The cables where they hang, shape (c,): what `cable.geometry` takes; raises as `group`."""
-        return self.equilibrium.catenary
+        return self.rest.catenary
 
     @property
     def statics(self):
@@ -139,18 +151,16 @@ class SuspensionAtRest:
 
         The arrays of a batch have entries for as many loads as the cable with most: those without a load are left out.
         """
-        cable, scene = self.cable(name), SingleCable(self.scene, name)
-        catenary, length = self.equilibrium.catenary.take(cable), self.group.cables.reference_length[self.index, cable]
-        loaded = np.zeros(len(catenary.span.load_positions), dtype=bool)
-        fractions = catenary.span.load_positions / catenary.span.unstretched_length
+        cable, scene, group, index = self.cable(name), SingleCable(self.scene, name), self.group, self.index
+        form, length = self.form.take(cable), group.cables.reference_length[index, cable]
+        loaded = np.zeros(len(form.span.load_positions), dtype=bool)
+        fractions = form.span.load_positions / form.span.unstretched_length
         for position, fraction, _, _ in merged_loads(scene.loads):
             loaded[np.argmin(np.abs(fractions - (fraction if np.isnan(position) else position / length)))] = True
-        catenary = replace(catenary, span=catenary.span.take_loads(loaded))
-        end_1, errors = self.equilibrium.ends[cable, 0], self.group.cables.drag_errors
-        drag, steady_wind = self.group.steady_drag(self.index), None
-        if errors is not None:
-            steady_wind = drag.take([cable]), errors.ends[self.index, [cable]]
-        return HangingCable(scene, end_1, catenary, length, self.statics_error(None), steady_wind)
+        form, end_1 = form.with_span(form.span.take_loads(loaded)), self.rest.ends[cable, 0]
+        coarser = self.coarser and self.coarser.hanging(name)
+        form_of = partial(group.form_of, index=index, cable=cable)
+        return HangingCable(scene, end_1, form, length, self.statics_error(None), form_of, coarser)
 
     def of_cables(self, column):
         """Numbers of all cables in a `Column` of single cables, shape (c,)."""
@@ -158,12 +168,11 @@ class SuspensionAtRest:
 
     def link(self, name):
         """Force along a link, positive in tension, 0 where it is rounding [N], its relative error, its length [m]."""
-        equilibrium, link = self.group.equilibrium, list(self.scene.links).index(name)
-        arrays = equilibrium.links.force, equilibrium.uncertainty.force, equilibrium.links.distance
+        links, link = self.group.rest.links, list(self.scene.links).index(name)
+        arrays = links.force, self.group.equilibrium.uncertainty.force, links.distance
         force, rounding, length = (float(array[self.index, link]) for array in arrays)
         zero, error = abs(force) <= rounding, self.statics_error(None)
-        uncertainty = float(self.group.errors.links[self.index, link])
-        return 0.0 if zero else force, error if zero else max(error, uncertainty / abs(force)), length
+        return 0.0 if zero else force, error if zero else max(error, rounding / abs(force)), length
 
     def body_stiffness(self, name):
         """Stiffness of a body, shape (6, 6), zero where it is rounding; see `Equilibrium.body_stiffness`."""
@@ -178,9 +187,7 @@ class SuspensionAtRest:
         errors, least = self.group.errors, self.statics_error(None)
         if not entry:
             return entry, least
-        of_size = errors.stiffness[self.index] * size / abs(entry)
-        by_drag = relative_change(errors.body_stiffness[self.index, self.body(name), row, column], entry)
-        return entry, max(least, of_size, float(by_drag))
+        return entry, max(least, errors.statics[self.index] * size / abs(entry))
 
     def _body_stiffness(self, name):
         """Stiffness of a body, and the geometric means of the two entries on its diagonal, shape (6, 6) each.
@@ -188,7 +195,7 @@ class SuspensionAtRest:
         An entry on the diagonal that arms of rounded length make is set to zero; the largest one that a body as large
         as its cables are long could have takes its place in the means.
         """
-        matrix = self.group.equilibrium.body_stiffness[self.index, self.body(name)].copy()
+        matrix = self.group.rest.body_stiffness[self.index, self.body(name)].copy()
         diagonal = np.abs(np.diagonal(matrix))
         largest = diagonal[:3].max() * np.repeat([1.0, float(self.equilibrium.longest) ** 2], 3)
         is_rounding = diagonal <= STUDY.stiffness_rounding**2 * largest
@@ -204,7 +211,11 @@ class SuspensionAtRest:
         suspension = self.equilibrium.suspension
         ends = (suspension.owner[suspension.of_cables] == self.body(name)).astype(float)
         moves = (ends[:, 1] - ends[:, 0])[:, None] * np.eye(3)[axis]
-        return linear_range(self.equilibrium.catenary.span, moves)
+        range_and_error = linear_range(self.equilibrium.catenary.span, moves)
+        if self.coarser is None:
+            return range_and_error
+        # the displaced cables hang in uniform drag
+        return range_and_error[0], range_and_error[1] + float(self.form.relative_change.max())
 
     def static_frequencies(self, name):
         """Estimate the frequencies of one body on its static stiffness, other bodies at rest: ndarray, shape (f,). [Hz]
@@ -242,16 +253,22 @@ class SuspensionAtRest:
     def statics_error(self, column, number=None):
         """Estimated relative error of a column that needs no motion; zero of one that the scene states. [-]
 
-        `number` is that of the column, where it may state an error of its own by the drag of a steady wind.
+        `number` is that of the column, which in a steady wind is compared with that of the `coarser` case.
         """
         if column is None:
             return self.group.errors.statics[self.index]
-        cable = column.by_drag and self.cable(column.name.rpartition(".")[0])
-        if column.needs == "scene" and (cable is None or self._ends_held(cable)):
+        part, _, quantity = column.name.rpartition(".")
+        cable = self.cable(part) if part in self.scene.cables else None
+        if column.needs == "scene" and (quantity != "chord" or cable is None or self._ends_held(cable)):
             return 0.0
-        within_reference = column.of_reference or column.needs == "scene"
-        least = (self.group.errors.reference if within_reference else self.group.errors.statics)[self.index]
-        return least if cable is None else max(least, self.group.error_by_drag(self.index, cable, column, number))
+        return max(self.group.errors.statics[self.index], self.error_by_drag(column, number, cable))
+
+    def error_by_drag(self, column, number, cable=None):
+        """Relative error of a number of the statics by the parts on which the drag of a steady wind varies. [-]"""
+        if self.coarser is None or column.of_reference or not isinstance(number, float) or not isfinite(number):
+            return 0.0
+        change = abs(number - number_of(column, self.coarser))
+        return float(relative_change(change + self.group.unsettled(self.index, cable) * abs(number), number))
 
     def check(self, column):
         """Raise the NoSolutionError of a column of a cable that the load case lacks."""
@@ -278,7 +295,7 @@ class SuspensionAtRest:
                 f"{name}.force_displacement needs the key cases.*.forces, which this case does not have"
             )
         of_all = self.group.force_displacement(self.index)
-        displacement, by_rounding, by_drag = (array[self.body(name), axis] for array in of_all)
+        displacement, by_rounding = (array[self.body(name), axis] for array in of_all)
         if abs(displacement) <= by_rounding:
             return 0.0, self.statics_error(None)
-        return displacement, max(self.statics_error(None), (by_rounding + by_drag) / abs(displacement))
+        return displacement, max(self.statics_error(None), by_rounding / abs(displacement))

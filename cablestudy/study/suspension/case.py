@@ -14,7 +14,7 @@ from cablestudy.scene.words import counted
 from cablestudy.statics.failure import explain
 from cablestudy.statics.rigid import cross_matrix
 from cablestudy.statics.suspension import AXES
-from cablestudy.study.column import DISCRETE
+from cablestudy.study.column import CLOSED, DISCRETE
 from cablestudy.study.compared_case import ComparedCase
 from cablestudy.study.refinement import fixed_model, reference_scene
 from cablestudy.study.suspension.at_rest import SuspensionAtRest
@@ -131,6 +131,8 @@ class SuspensionCase(SuspensionAtRest, ComparedCase):
         """
         if error is None:
             error = self.statics_error(column, number)
+        elif column.needs in CLOSED and error:
+            error = max(error, self.error_by_drag(column, number))
         if column.needs in ("loop", "wind") and error and not column.follows_drag:
             error += self.group.errors.motion_in_wind[self.index]
         if self.estimate and column.needs in DISCRETE:

@@ -10,12 +10,16 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
+from cablestudy.cable.catenary import solve
 from cablestudy.cable.records import assign_rows, copy_record, take_rows
-from cablestudy.cable.steady_drag import SteadyDrag
+from cablestudy.cable.steady_drag import SteadyDrag, across
 from cablestudy.cable.vectors import size
 from cablestudy.statics import tangent
-from cablestudy.statics.links import joined
+from cablestudy.statics.links import Links, joined
+from cablestudy.statics.pose_state import PoseState, displaced, spans
 from cablestudy.statics.rigid import turn
+from cablestudy.statics.suspension import Equilibrium
+from cablestudy.study.catenary_in_drag import in_drag
 from cablestudy.study.tolerances import STUDY
 from cablestudy.study.uneven_drag import (
     CablesInDrag,
@@ -54,8 +58,82 @@ def drag_on_cables(drag, equilibrium):
         return drag_of_cables
     # a wind that grows with the height: the mean of its pressure along each cable
     profile, end_1 = drag.profile.over(mass.shape[1]), equilibrium.ends[:, equilibrium.suspension.of_cables, 0]
-    mean = profile.mean_pressure(equilibrium.catenary, end_1)
+    mean, applied = profile.mean_pressure(equilibrium.catenary, end_1), equilibrium.suspension.cable_wind
+    if applied is not None and not drag.stretched:  # that with which the equilibrium was found, to the last digit
+        at_stated = normal_drag * size(across(drag_of_cables.direction, equilibrium.catenary.span.frame[..., 0, :]))
+        mean = np.divide(size(applied), at_stated, out=mean, where=at_stated > 0)
     return replace(drag_of_cables, profile=profile, end_1=end_1, mean=mean)
+
+
+def equilibrium_in_drag(equilibrium, drag, parts):
+    """Find the equilibria of suspensions in a steady wind whose drag varies along each cable.
+
+    Parameters
+    ----------
+    equilibrium : Equilibrium
+        Of n cases, in the wind, the drag taken as uniform along each cable. Cases without equilibrium keep it, and
+        those for which no other is found.
+    drag : Drag
+        The wind, and drag areas of cables and bodies.
+    parts : int
+        Equal parts of each smooth piece of a cable, on which the drag is a polynomial.
+
+    Returns
+    -------
+    Equilibrium
+        Its `catenary` is a `CatenaryInDrag` of shape (n, c); where no equilibrium was found, `unsettled` of the cables
+        whose ends move is `STUDY.unknown_error`.
+    """
+    count, steady = equilibrium.lengths.shape[1], drag_on_cables(drag, equilibrium)
+    in_wind = equilibrium.record.converged & (steady.normal_drag > 0).any(axis=-1)
+    rows, movement = np.flatnonzero(in_wind), np.zeros((*equilibrium.position.shape[:2], 6))
+    found = np.zeros(0, dtype=bool)
+    if len(rows):
+        flat, of_rows = np.divmod(_of_cables(rows, count), count), equilibrium.take(rows)
+        catenary = equilibrium.catenary.take(flat)
+        cables = CablesInDrag.of(steady.take(flat), catenary, drag.stretched, Pieces.of(catenary, parts))
+        held = settled_changes(cables, settled=STUDY.settled_form)
+        least = (tangent.motion_units(of_rows.suspension) * of_rows.uncertainty.pose).max(axis=(-2, -1), initial=0.0)
+        of_bodies, _, found = _search(of_rows, drag.take(rows), cables, held, STUDY.settled_form, least)
+        movement[rows[found]] = of_bodies[found]
+    unknown = in_wind.copy()
+    unknown[rows[found]] = False
+    moved, steady = _moved_equilibrium(equilibrium, drag, steady, movement)
+    form = in_drag(steady, moved.catenary, parts)
+    unsettled = np.where(unknown[:, None] & _moves(moved.suspension), STUDY.unknown_error, form.unsettled)
+    return replace(moved, catenary=replace(form, unsettled=unsettled))
+
+
+def _moved_equilibrium(equilibrium, drag, steady, movement):
+    """`Equilibrium` of bodies that moved, drag uniform along each cable between its ends then; its `SteadyDrag`."""
+    suspension, of_cables, links = equilibrium.suspension, equilibrium.suspension.of_cables, equilibrium.links
+    vector = np.diff(equilibrium.ends, axis=-2)[:, of_cables, 0]
+    before = PoseState(
+        position=equilibrium.position,
+        rotation=equilibrium.rotation,
+        arms=equilibrium.arms,
+        ends=equilibrium.ends,
+        vector=joined(vector, links and links.vector, -2),
+        length=equilibrium.lengths,
+        strain=np.asarray(equilibrium.catenary.span.chord_strain),
+        extension=np.zeros((len(vector), 0)) if links is None else links.extension,
+        tension=np.full(vector.shape, np.nan),
+    )
+    state = displaced(suspension, before, movement)
+    if steady.end_1 is not None:
+        steady = replace(steady, end_1=state.ends[:, of_cables, 0])
+    uniform = steady.uniform(state.chord / size(state.chord)[..., None])
+    heavy, loaded = suspension.cable_mass > 0, _with_wind_on_moved_bodies(equilibrium, drag, movement, state.rotation)
+    loaded = replace(loaded, cable_wind=np.where(heavy[..., None], uniform, suspension.cable_wind))
+    catenary = solve(spans(loaded, state), equilibrium.catenary.middle_tension)
+    links = links and Links.of(loaded, state.vector[:, of_cables.stop :], state.extension)
+    return Equilibrium(loaded, state.position, state.rotation, catenary, equilibrium.record, links), steady
+
+
+def _moves(suspension):
+    """True for cables an end of which moves, shape (c,)."""
+    owner = suspension.owner[suspension.of_cables]
+    return np.append(suspension.free.any(axis=-1), False)[owner].any(axis=-1)  # the last one is the ground, -1
 
 
 @dataclass(frozen=True)
@@ -203,9 +281,7 @@ def _unknown_where_ends_move(errors, suspension, unknown):
 
     `unknown`, shape (n, 1), is the error of cases without a pose, zero of the others.
     """
-    owner = suspension.owner[suspension.of_cables]
-    moves = np.append(suspension.free.any(axis=-1), False)[owner].any(axis=-1)  # the last one is the ground, -1
-    of_cables = (unknown * moves).ravel()
+    of_cables = (unknown * _moves(suspension)).ravel()
     ends = np.array(errors.ends)
     ends[:, 1] += of_cables[:, None]
     return replace(errors, error=bounded_errors(errors.error + of_cables), ends=ends)

@@ -4,7 +4,6 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.statics import tangent
 from cablestudy.study.suspension.drag_change import drag_change
 from cablestudy.study.tolerances import STUDY
 from cablestudy.study.uneven_drag import errors_of_modes
@@ -43,7 +42,7 @@ class EquilibriumErrors:
 
     @cached_property
     def drag(self):
-        """Errors of all results by drag and conductors taken as uniform along each cable, shape (n,). [-]"""
+        """Errors of motion by drag and conductors taken as uniform along each cable, shape (n,). [-]"""
         return self.drag_change.error + self._conductor
 
     @cached_property
@@ -66,36 +65,8 @@ class EquilibriumErrors:
         return errors_of_modes(change.error, change.form_error, change.stiffness_error) + self._conductor
 
     @cached_property
-    def stiffness(self):
-        """Errors of the energy of static displacements by rounding, conductors and drag, shape (n,). [-]"""
-        return self.rounding + self._conductor + self.drag_change.stiffness_error
-
-    @cached_property
-    def body_stiffness(self):
-        """Changes of `Equilibrium.body_stiffness` by the actual drag, shape (n, b - junctions, 6, 6).
-
-        Held degrees of freedom too, of which no energy of a static displacement says anything.
-        """
-        uniform = self._equilibrium.body_stiffness
-        change = np.zeros_like(uniform)
-        if self.drag_change.blocks is not None:
-            rows, blocks = self.drag_change.blocks
-            change[rows] = tangent.body_stiffness(blocks, self._equilibrium.suspension.take(rows)) - uniform[rows]
-        return change
-
-    @cached_property
-    def links(self):
-        """Errors of the forces of links by rounding and drag, shape (n, l). [N]"""
-        return self._equilibrium.uncertainty.force + STUDY.second_order * self.drag_change.links
-
-    @cached_property
     def statics(self):
-        """Errors of tensions, lengths and the like by rounding, by the search, and by drag, shape (n,). [-]"""
-        return np.maximum(self.rounding, self.drag)
-
-    @cached_property
-    def reference(self):
-        """`statics` of what the reference state determines, in which no steady wind blows, shape (n,). [-]"""
+        """Errors of tensions, lengths and stiffness by rounding, the search, and conductors, shape (n,). [-]"""
         return np.maximum(self.rounding, self._conductor)
 
     @cached_property

@@ -1,12 +1,15 @@
 """Suspensions of equal names and connections: their equilibria, found together, and the statics of their cables."""
 
+from collections.abc import Callable
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
 
-from cablestudy.cable.catenary import Catenary
+from cablestudy.cable.catenary import Catenary, solve
+from cablestudy.cable.records import with_arrays
 from cablestudy.errors import ConvergenceError, NoSolutionError, result_of
 from cablestudy.motion.airflow import drag_of
 from cablestudy.statics import lengths
@@ -15,10 +18,16 @@ from cablestudy.statics.failure import explain
 from cablestudy.statics.force_density import find_form
 from cablestudy.statics.rigid import to_angles
 from cablestudy.study.cable_columns import utilisation_of
+from cablestudy.study.catenary_in_drag import CatenaryInDrag, in_drag
 from cablestudy.study.one_cable.loaded_cables import LoadedCables
 from cablestudy.study.one_cable.results import Results
 from cablestudy.study.suspension.conductors import conductors_of
-from cablestudy.study.suspension.drag_change import Poses, drag_change, drag_on_cables, poses_in_following_drag
+from cablestudy.study.suspension.drag_change import (
+    Poses,
+    drag_on_cables,
+    equilibrium_in_drag,
+    poses_in_following_drag,
+)
 from cablestudy.study.suspension.equilibrium_errors import EquilibriumErrors
 from cablestudy.study.suspension.load_cases import (
     cables_left,
@@ -28,7 +37,6 @@ from cablestudy.study.suspension.load_cases import (
 )
 from cablestudy.study.suspension.numbers import CableValues, SingleCable, distribution_of, loads_of
 from cablestudy.study.tolerances import STUDY
-from cablestudy.study.uneven_drag import movement_errors, relative_change
 from cablestudy.wind.mean import equilibrium_in_wind
 
 # zero but for rounding where the load is along the chord
@@ -45,23 +53,16 @@ class CableResults(Results):
     scenes : sequence of SuspensionScene
         n of them, with the same cables.
     equilibrium : Equilibrium
-        Of these cases, shape (n,).
+        Of these cases, shape (n,), in the drag that varies along each cable.
     reference_length : ndarray, shape (n, c)
         Unstretched lengths in the reference state, which is without a load case. [m]
-    drag_errors : callable
-        Function without arguments -> `DragErrors` of all cables, or None without a steady wind.
     """
 
-    def __init__(self, scenes, equilibrium, reference_length, drag_errors):
+    def __init__(self, scenes, equilibrium, reference_length):
         super().__init__(CableValues(scenes))
-        self._equilibrium, self._columns, self._drag_errors = equilibrium, {}, drag_errors
-        self.catenary = equilibrium.catenary
-        self.loaded = LoadedCables(self.catenary.span, None, reference_length, None, None, {})
-
-    @property
-    def drag_errors(self):
-        """`DragErrors` of all cables, fields of shape (n, c, ...); None without a steady wind."""
-        return self._drag_errors()
+        self._equilibrium, self._columns = equilibrium, {}
+        self.form = equilibrium.catenary
+        self.loaded = LoadedCables(self.form.span, None, reference_length, None, None, {})
 
     @property
     def end_1(self):
@@ -131,22 +132,22 @@ class HangingCable:
 
     scene: SingleCable
     end_1: np.ndarray  # position of its end `from`, shape (3,) [m]
-    catenary: Catenary
+    form: Catenary | CatenaryInDrag
     reference_length: float  # unstretched length in the reference state [m]
     statics_error: float  # relative error of the statics of its case [-]
-    # drag on it, and movement of its ends that uniform drag leaves out: `SteadyDrag`, (1, 2, 3) [m]; None without wind
-    steady_wind: tuple | None
+    form_of: Callable  # `Span` of the cable with other loads -> its form
+    coarser: "HangingCable | None"  # by drag that varies on half as many parts; None without a steady wind
     exact_statics: ClassVar = True
 
     @property
-    def form(self):
-        """The catenary, as functions of `cable.geometry` take it."""
-        return self.catenary
+    def continuous(self):
+        """`form`, as of `CableCase`."""
+        return self.form
 
     @property
     def span(self):
         """The cable and its ends: `Span`."""
-        return self.catenary.span
+        return self.form.span
 
 
 class Group:
@@ -167,8 +168,6 @@ class Group:
         Of the reference state, with all cables, shape (n,).
     problems : list of str
         Why each case has no reference state; empty where it has one.
-    cables : CableResults
-        Statics of the cables that the load cases leave.
     errors : EquilibriumErrors
     cable_indices, body_indices : dict
         Name -> index among those cables, and among bodies and free points.
@@ -189,6 +188,7 @@ class Group:
             self.reference, self.problems = at_rest(scenes, numbers_at_rest(scenes))
         else:
             self.reference, self.problems = self._conductors.reference, self._conductors.problems
+        self._drag_parts = STUDY.drag_parts
         self._scenes = [scene.without_lost() for scene in scenes]  # with the cables that the load cases leave
         lost = scenes[0].load_case.lost
         self._without_lost = f"without {', '.join(lost)}: " if lost else ""  # begins messages
@@ -200,7 +200,6 @@ class Group:
             in_wind=lambda: self.in_mean_wind,
             conductors=self._conductors,
         )
-        self.cables = self._cable_results()
         self.cable_indices = {name: index for index, name in enumerate(self._scenes[0].cables)}
         self.body_indices = {name: index for index, name in enumerate(self.reference.suspension.body_names)}
 
@@ -214,11 +213,11 @@ class Group:
         except NoSolutionError as error:
             raise NoSolutionError(f"{self._without_lost}{error}") from None
 
-    def _cable_results(self):
+    @cached_property
+    def cables(self):
         """`CableResults` of the cables that the load cases leave."""
         lengths = self.reference.lengths if self._of_case is None else self._of_case.lengths
-        lengths, errors = lengths[:, cables_left(self.reference, self._scenes[0])], self.errors
-        return CableResults(self._scenes, self.equilibrium, lengths, lambda: errors.drag_change.cables)
+        return CableResults(self._scenes, self.rest, lengths[:, cables_left(self.reference, self._scenes[0])])
 
     @property
     def _of_case(self):
@@ -239,6 +238,46 @@ class Group:
     def equilibrium(self):
         """`Equilibrium` of all cases under their loads, shape (n,); of the reference state without load cases."""
         return self.reference if self._loaded is None else self._loaded.equilibrium
+
+    @property
+    def in_steady_wind(self):
+        """True if the load cases have a steady wind."""
+        return self._loaded is not None and self._loaded.drag is not None
+
+    @cached_property
+    def rest(self):
+        """`Equilibrium` of all cases where they rest: in a steady wind, with drag that varies along each cable.
+
+        They move about `equilibrium`, in which drag is uniform along each cable.
+        """
+        return self._rest_of(self._loaded) if self.in_steady_wind else self.equilibrium
+
+    def _rest_of(self, loaded):
+        """`Equilibrium` of a `LoadedState` in drag that varies along each cable."""
+        return equilibrium_in_drag(loaded.equilibrium, loaded.drag, self._drag_parts)
+
+    @cached_property
+    def coarser(self):
+        """`Group` of the same cases with drag that varies on half as many parts; itself has none, nor a calm one."""
+        if not self.in_steady_wind or self._drag_parts < STUDY.drag_parts:
+            return None
+        coarser = copy(self)
+        for name in ("rest", "cables", "_rest_unforced"):
+            coarser.__dict__.pop(name, None)
+        coarser._drag_parts, coarser._coordinates = self._drag_parts // 2, {}
+        return coarser
+
+    def form_of(self, span, index, cable):
+        """A cable of a case by its `Span` with other loads than its own: `Catenary` or `CatenaryInDrag`."""
+        if not self.in_steady_wind:
+            return solve(span)
+        batch_of_one = with_arrays(span, lambda array: np.asarray(array)[None])
+        return in_drag(self._steady_drag.take(([index], [cable])), solve(batch_of_one), self._drag_parts).take(0)
+
+    def unsettled(self, index, cable=None):
+        """Share of the changes by drag that may be left: of a cable of a case, or the largest of all of them. [-]"""
+        of_case = self.rest.catenary.unsettled[index]
+        return float(of_case.max(initial=0.0) if cable is None else of_case[cable])
 
     @property
     def without_wind(self):
@@ -266,8 +305,6 @@ class Group:
             Along x, y, z. [m]
         by_rounding : ndarray, shape (b, 3)
             Error by rounding: the sum of those of the two positions. [m]
-        by_drag : ndarray, shape (b, 3)
-            Error by steady-wind drag, which is taken as uniform along each cable in both equilibria. [m]
 
         Raises
         ------
@@ -279,9 +316,7 @@ class Group:
                 raise failure
         unforced = self._unforced.equilibrium
         uncertainty = self.equilibrium.uncertainty.pose[index] + unforced.uncertainty.pose[index]
-        change = self.errors.drag_change.displacement[index] - self._drag_change_unforced.displacement[index]
-        displacement = self.equilibrium.position[index] - unforced.position[index]
-        return displacement, uncertainty[:, :3], movement_errors(change[:, :3])
+        return self.rest.position[index] - self._rest_unforced.position[index], uncertainty[:, :3]
 
     @cached_property
     def _steady_drag(self):
@@ -305,9 +340,9 @@ class Group:
         return self._mean_drag and self._mean_drag.take(index)
 
     @cached_property
-    def _drag_change_unforced(self):
-        """`drag_change` of the load cases without their forces."""
-        return drag_change(self._unforced.equilibrium, self._unforced.drag)
+    def _rest_unforced(self):
+        """`rest` of the load cases without their forces."""
+        return self._rest_of(self._unforced) if self.in_steady_wind else self._unforced.equilibrium
 
     @cached_property
     def poses_in_mean_wind(self):
@@ -315,28 +350,22 @@ class Group:
 
         Where no mean wind acts, they are those of `equilibrium`.
         """
-        (equilibrium, drag), uncertainty = self.in_mean_wind, self.errors.drag_change_in_wind.uncertainty
-        if equilibrium is self.equilibrium:
-            not_followed = np.zeros(len(uncertainty), dtype=bool)
-            return Poses(equilibrium.position, equilibrium.rotation, uncertainty, not_followed)
-        return poses_in_following_drag(equilibrium, drag, uncertainty)
+        equilibrium, drag = self.in_mean_wind
+        if equilibrium is not self.equilibrium:
+            return poses_in_following_drag(equilibrium, drag, self.errors.drag_change_in_wind.uncertainty)
+        rest, uncertainty = self.rest, np.zeros((*equilibrium.position.shape[:-1], 6))
+        if self.coarser is not None:
+            coarser, unsettled = self.coarser.rest, rest.catenary.unsettled.max(axis=-1, initial=0.0)
+            uncertainty[..., :3] = np.abs(rest.position - coarser.position)
+            uncertainty[..., 3:] = np.abs(rest.rotation - coarser.rotation).max(axis=-1)
+            uncertainty += unsettled[:, None, None]
+        return Poses(rest.position, rest.rotation, uncertainty, np.ones(len(uncertainty), dtype=bool))
 
     @cached_property
     def mean_wind_uncertainty(self):
         """Errors of movements by the mean wind [m], [rad], by drag and by rounding, shape (n, b, 6)."""
         by_rounding = self.without_wind.uncertainty.pose + self.in_mean_wind[0].uncertainty.pose
         return self.poses_in_mean_wind.uncertainty + by_rounding
-
-    def error_by_drag(self, index, cable, column, number):
-        """Relative error of a number of a cable by drag that is taken as uniform, of a `Column` that states its own.
-
-        Zero of a column that does not, which has `drag_error` alone.
-        """
-        if column.by_drag is None or self.cables.drag_errors is None:
-            return 0.0
-        quantity = column.name.rpartition(".")[2]
-        change = self.cables.column(f"{quantity} by drag", column.by_drag)[index, cable]
-        return float(relative_change(change, number))
 
     def coordinates(self, body, axis):
         """A coordinate of a body or free point in all cases, 0 where it is rounding, and its estimated relative error.
@@ -359,18 +388,13 @@ class Group:
 
     def _coordinate(self, body, axis):
         """A coordinate in all cases and its estimated relative error, as of `coordinates`."""
-        rotation, by_drag_change = self.equilibrium.rotation[:, body], self.errors.drag_change.uncertainty[:, body]
         by_rounding = self.errors.rounding_movement[:, body, axis]
         if axis < 3:
-            value, by_drag = self.equilibrium.position[:, body, axis], by_drag_change[:, axis]
-            least = STUDY.rounding * self.equilibrium.longest
-        else:  # the three angles change by about the rotation, whose axes are not theirs
-            value, least = to_angles(rotation)[:, axis - 3], STUDY.rounding * 2 * np.pi
-            cos_pitch = np.sqrt(np.maximum(1 - rotation[:, 2, 0] ** 2, STUDY.rounding))
-            by_drag = by_drag_change[:, 3:].sum(axis=-1) / cos_pitch
+            value, least = self.rest.position[:, body, axis], STUDY.rounding * self.equilibrium.longest
+        else:
+            value, least = to_angles(self.rest.rotation[:, body])[:, axis - 3], STUDY.rounding * 2 * np.pi
         zero = np.abs(value) <= np.maximum(by_rounding, least)
-        error = (by_rounding + by_drag) / np.where(zero, 1.0, np.abs(value))
-        error = np.where(zero, np.maximum(self.errors.rounding, self.errors.drag_change.error), error)
+        error = np.where(zero, self.errors.rounding, by_rounding / np.where(zero, 1.0, np.abs(value)))
         return list(zip(np.where(zero, 0.0, value).tolist(), np.maximum(STUDY.rounding, error).tolist(), strict=True))
 
     @cached_property

@@ -9,7 +9,6 @@ from cablestudy.study.columns import find
 from cablestudy.study.notes import (
     DAMPING_IN_STATE_SPACES,
     assumed_damping,
-    averaged_wind,
     comparison_notes,
     long_cables,
     unknown_with_modal_damping,
@@ -65,16 +64,15 @@ def strength_warning(case):
 def warnings_of(case):
     """Warnings and notes on a case beside its results, a tuple of str.
 
-    `strength_warning`, `averaged_wind`, `notes_on_lost_cables`, `note_on_moved_bodies`, `reference_without_loads`, and
+    `strength_warning`, `notes_on_lost_cables`, `note_on_moved_bodies`, `reference_without_loads`, and
     `notes.long_cables` for cables much longer than their spans.
     """
     reference, index = case.group.reference, case.index
     chord = np.asarray(reference.catenary.span.chord)[index]
     names, stated = reference.suspension.cable_names, reference.suspension.stated
     notes_on_length = long_cables(names, np.asarray(reference.lengths)[index].tolist(), chord.tolist(), stated)
-    averaged = averaged_wind(case.scene.load_case, case.group.errors.drag[case.index])
     notes_on_state = *notes_on_lost_cables(case), *note_on_moved_bodies(case), *reference_without_loads(case.scene)
-    return (*strength_warning(case), *averaged, *notes_on_state, *notes_on_length)
+    return (*strength_warning(case), *notes_on_state, *notes_on_length)
 
 
 def reference_without_loads(scene):
@@ -157,12 +155,11 @@ def _distances_from_places(case, tables):
 
 
 def _of_load_case(case):
-    """Yield a note on the load case, with the error by its drag."""
+    """Yield a note on the load case."""
     scene = case.scene
     if scene.case is None:
         return
-    error = case.group.errors.drag[case.index]
-    drag = f"; drag is uniform along each cable: estimated error {error:.1e}" if error else ""
+    drag = "; drag varies along each cable" if case.group.in_steady_wind else ""
     yield f"load case {scene.case}: on the unstretched lengths of the reference state{drag}"
 
 

@@ -16,7 +16,6 @@ from cablestudy.study.cable_columns import COLUMNS
 from cablestudy.study.column import Column, first_without_value
 from cablestudy.study.suspension.numbers import SingleCable
 from cablestudy.study.suspension.wind_columns import LOOP, PEAK_UTILISATION, WINCHES
-from cablestudy.study.uneven_drag import chord_angles_by_drag
 
 # columns of a single cable -> those that cables of a suspension have instead
 INSTEAD = {"tension_1": "tension_from", "tension_2": "tension_to"}
@@ -55,7 +54,6 @@ CLEARANCE = next(column for column in COLUMNS if column.name == "clearance")
 INCLINATION = Column(
     "inclination", "deg", "angle of the chord above the horizontal, from `from` to `to`", "statics",
     lambda results: np.degrees(chord_angles(results.span.frame[..., 0, :])[0]),
-    by_drag=partial(chord_angles_by_drag, index=0),
 )  # fmt: skip
 CABLE_MASS = next(column for column in OF_CABLES if column.name == "mass")
 ANGLES = ("roll", "pitch", "yaw")
@@ -93,7 +91,7 @@ def _of_cable(column, name):
 
 def _refuse_shapeless(case, name):
     """Raise where a cable is slack and has no weight: it may lie in any form between its ends."""
-    if case.equilibrium.catenary.slack[case.cable(name)]:
+    if case.form.slack[case.cable(name)]:
         raise NoSolutionError(
             f"{name} is slack and without weight: it has no definite form, so no sag, swing, lowest point, clearance "
             "or angles at its ends"
