@@ -147,6 +147,20 @@ def test_what_a_cable_states_itself_stays_when_the_shared_key_is_set():
     assert (shared.cables["n"].preload, shared.cables["s"].preload, shared.cables["s"].tension_to) == (3, None, 1000)
 
 
+def test_null_in_a_cable_removes_what_all_cables_share():
+    text = changed(
+        ("preload: 1000", "preload: 1000, expansion: null, damping: {viscous: null}"),
+        ("diameter: 5 mm", "diameter: 5 mm, expansion: 2e-5, strength: 3 GPa, damping: {viscous: 2}"),
+    )
+    scene = scene_of(text, "cables.v.strength=null", "cable.expansion=3e-5", "cable.strength=4 GPa")
+    n, s, v = (scene.cables[name] for name in "nsv")
+    assert [cable.expansion for cable in (n, s, v)] == [scene_of(GOOD).cables["n"].expansion, 3e-5, 3e-5]
+    assert [cable.strength for cable in (n, s, v)] == [4e9, 4e9, scene_of(GOOD).cables["v"].strength]
+    assert [cable.damping.viscous for cable in (n, s, v)] == [0, 2, 2]
+    n = scene_of(text, "cables.n.expansion=4e-5", "cables.n.damping.viscous=1").cables["n"]
+    assert (n.expansion, n.damping.viscous) == (4e-5, 1)
+
+
 def test_a_file_upon_a_base_replaces_alternatives_of_its_cables_and_removes_them():
     written(GOOD, "base.yaml")
     scene = scene_of("base: base.yaml\ncables: {n: {sag: 1 m}, w: null}\npoints: {south: {at: [0, -90, 50]}}\n")

@@ -90,7 +90,8 @@ class Document:
                 if new_value is None and ":" in key:
                     raise ValueError(f"no value ({add_blank(key)})")
                 path = split_key(key)
-                contents = assign(contents, path, prune(new_value))
+                of_cable = path[0] == "cables" and len(path) > 2  # there null removes what the table `cable` gives
+                contents = assign(contents, path, prune(new_value, path), keep_null=of_cable)
                 overrides.append((path, where))
             except ValueError as error:
                 mistakes.append(mistake(_as_place(where), key, str(error)))

@@ -129,12 +129,17 @@ def split_key(key):
     return parts
 
 
-def prune(value):
-    """Copy of a plain value without the keys whose value is null."""
+def prune(value, path=()):
+    """Copy of a plain value, at a path of a file, without the keys whose value is null.
+
+    But for keys in a cable of `cables`: there null removes what the table `cable` gives, see `scene.suspension`.
+    """
+    if len(path) > 1 and path[0] == "cables":
+        return value
     if isinstance(value, dict):
-        return {key: prune(item) for key, item in value.items() if item is not None}
+        return {key: prune(item, (*path, key)) for key, item in value.items() if item is not None}
     if isinstance(value, list):
-        return [prune(item) for item in value]
+        return [prune(item, (*path, "")) for item in value]
     return value
 
 
@@ -151,26 +156,26 @@ def nulls(value, path=()):
     return [inner for inner, item in walk(value, path, lists=True) if item is None and isinstance(inner[-1], str)]
 
 
-def assign(container, path, value, parent=()):
+def assign(container, path, value, parent=(), keep_null=False):
     """Copy of nested dicts and lists in which the value at one path is set; missing dicts on the path are made.
 
     Only the containers on the path are copied; all others are shared with the original. An item of a list is named by
-    its index, "0", "1", ...; the value None removes the last key from its dict. `parent` is the path of `container`
-    itself, for messages. ValueError if the path leads through something that is neither a dict nor a list, or to an
-    item that a list lacks.
+    its index, "0", "1", ...; the value None removes the last key from its dict, unless `keep_null`. `parent` is the
+    path of `container` itself, for messages. ValueError if the path leads through something that is neither a dict nor
+    a list, or to an item that a list lacks.
     """
     key, remaining = path[0], path[1:]
     if isinstance(container, list):
         key = _index(container, key, ".".join(parent))
         item = container[key]
     elif isinstance(container, dict):
-        item = container.get(key, {})
+        item = {} if container.get(key) is None else container[key]
     else:
         raise ValueError(f"{'.'.join(parent)} is {container!r:.60}, which has no key {key:.60}")
     copy = container.copy()
     if remaining:
-        copy[key] = assign(item, remaining, value, (*parent, path[0]))
-    elif value is None and isinstance(copy, dict):
+        copy[key] = assign(item, remaining, value, (*parent, path[0]), keep_null)
+    elif value is None and isinstance(copy, dict) and not keep_null:
         copy.pop(key, None)
     else:
         copy[key] = value

@@ -24,7 +24,7 @@ from cablestudy.scene.connections import connection_mistakes, unheld, written_co
 from cablestudy.scene.control_tables import Control, Drive
 from cablestudy.scene.determinacy import MOTIONS, determinacy_mistakes
 from cablestudy.scene.fields import CaseName, KeyTable, Name, suggestion, tables_of
-from cablestudy.scene.layers import mapping_at, merge
+from cablestudy.scene.layers import mapping_at, merge, prune
 from cablestudy.scene.load_tables import SuspensionLoadCase, paths_of_loads
 from cablestudy.scene.materials import Materials, loaded_by_a_case
 from cablestudy.scene.mistakes import as_meant, empty_keys, findings, located
@@ -344,16 +344,15 @@ def _move_to_shared(mistakes, value):
 
 def _with_shared(data):
     """Plain values of a suspension, to whose cables the keys of the table `cable` are added that they do not give."""
-    cables, shared = (data.get(key) if isinstance(data, dict) else None for key in ("cables", "cable"))
-    if not (isinstance(cables, dict) and isinstance(shared, dict)):
+    if not isinstance(data, dict) or not isinstance(cables := data.get("cables"), dict):
         return data
-    known = {key: value for key, value in shared.items() if key in SharedCable.model_fields}
+    known = {key: value for key, value in mapping_at(data, ("cable",)).items() if key in SharedCable.model_fields}
     return {**data, "cables": {name: _merge_shared(known, own) for name, own in cables.items()}}
 
 
 def _merge_shared(shared, own):
-    """Plain keys of one cable, merged upon those that all cables share; alternatives to its own are left out."""
-    return merge({"cable": shared}, {"cable": own})["cable"]
+    """Plain keys of one cable, merged upon those that all cables share, without alternatives to its own and nulls."""
+    return prune(merge({"cable": shared}, {"cable": own})["cable"])
 
 
 def _is_written(table, path):
