@@ -142,6 +142,23 @@ def test_the_limit_of_one_loop_alone(name):
     assert list(found.values()) == pytest.approx(expected, rel=1e-6)
 
 
+def test_one_winch_along_two_strongly_damped_cables_has_no_limit_in_any_of_three_coordinates():
+    """L is of rank one, l(s) n n^T with n along the cables: what rounding leaves of its other eigenvalues is no limit.
+
+    With a factor f on the gain of coordinate j no pole crosses, since 1 + l (1 + (f - 1) n_j^2) is nowhere zero.
+    """
+    text, n = one_axis(("x", "y", "z"), time=1.0, winches={"west": {}}), np.array([0.7, 0.5, 0.3])
+    text["control"] = {"measured": ["x", "y", "z"], "gain": 0.05, "notch": NOTCH}
+    for name, side in (("west", -10), ("east", 10)):
+        text["cables"][name]["from"] = (side * n / np.linalg.norm(n)).tolist()
+    s, k, zeros, poles = 1j * np.geomspace(1e-4, 1e8, 200_001), EA / 9.9, TURN * 1.1, TURN * 10
+    notch = (s**2 + 0.1 * zeros * s + zeros**2) / (s**2 + 2 * poles * s + poles**2) * (poles / zeros) ** 2
+    size = notch / s * 2 * k * (1 + s) / (20 * s**2 + 2 * k * (1 + s))
+    turned = size[:-1].imag * size[1:].imag <= 0
+    assert not (turned & (size[1:].real < 0)).any()
+    assert set(closed_loop_of(text).stability.single_limits.values()) == {np.inf}
+
+
 def test_the_peak_of_the_sensitivity_where_another_one_is_nearly_as_high():
     """A broad peak, and a slightly higher and narrower one that lies between two frequencies of the grid."""
     omega = frequencies(np.array([-0.5 + 1j, -0.6 + 1.1j]))

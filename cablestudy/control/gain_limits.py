@@ -100,8 +100,12 @@ class StableGains:
     def _crossings(self):
         """`Crossings` of the curve up to the highest gain that is judged, by ascending gain."""
         on_curve = crossings(self.curve.row, self.curve.omega, self.curve.values)
-        highest = CONTROL.highest_judged_gain * np.abs(self.poles).min(initial=np.inf)
-        return on_curve.take(on_curve.factor < highest).sorted()
+        return on_curve.take(on_curve.factor < self._highest_judged).sorted()
+
+    @property
+    def _highest_judged(self):
+        """Gain up to which stability is judged: beyond it rounding decides. [rad/s]"""
+        return CONTROL.highest_judged_gain * np.abs(self.poles).min(initial=np.inf)
 
     def open_ratio(self, omega):
         """Damping ratio, without control, of the mode whose pole is nearest to a frequency [rad/s]. [-]"""
@@ -249,8 +253,10 @@ class StableGains:
         own = [gain_of_one(self.loop_gain, gain, coordinate) for coordinate in range(size)]
         row, omega = np.repeat(np.arange(size), count), np.tile(curve.omega, size)
         matrices = 1 / np.diagonal(closed, axis1=1, axis2=2).T.reshape(-1, 1, 1) - 1
-        of_all = sample_curves(own, row, omega, matrices, self.law.judged_up_to)
-        remaining = crossings(of_all.row, of_all.omega, of_all.values).sorted()
+        most = self._highest_judged / gain
+        of_all = sample_curves(own, row, omega, matrices, self.law.judged_up_to, most)
+        remaining = crossings(of_all.row, of_all.omega, of_all.values)
+        remaining = remaining.take(remaining.factor < most).sorted()
         return [_growth_allowed(own, remaining.take(remaining.row == coordinate)) for coordinate in range(size)]
 
 

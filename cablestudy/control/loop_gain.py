@@ -77,7 +77,10 @@ class LoopGain:
         stiffness, forces = LoopGain.stiffness_and_forces(loop_gains, row, s)
         allocation = np.array([one.allocation for one in loop_gains])[row]
         measured = np.array([one.measured for one in loop_gains])[row]
-        coordinates = measured @ solve(stiffness, forces @ allocation)
+        if forces.shape[-1] < allocation.shape[-1]:  # of no higher rank than there are winches, to rounding
+            coordinates = measured @ solve(stiffness, forces) @ allocation
+        else:
+            coordinates = measured @ solve(stiffness, forces @ allocation)
         return coordinates * NotchedLaw.of_rows([one.controller for one in loop_gains], row, s)[:, None, :]
 
     @staticmethod
