@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import scipy.optimize
-from command import CONFIGS, run
+from command import CONFIGS, run, table_of
 from picture import faults
 
 from cablestudy.control.step_response import step_response
@@ -95,3 +95,18 @@ def test_the_command_states_them_and_draws_no_panel_of_a_constant(which, words, 
     (figure,) = figures
     assert len(figure.axes) == (3 if which == "gust" else 2)
     assert faults(figure) == []
+
+
+def test_speed_of_a_winch_behind_a_jump_is_as_wrong_as_the_documentation_says():
+    """Until the delay has passed twice the winch feels the reference alone: K_i/s + K_d s/(1 + s/f), behind its lag b.
+
+    Per cent of the largest speed, in docs/control.md: at 1 ms, from 3 ms on, and at 20 ms behind the delay of 20 ms.
+    """
+    table = table_of("loop", str(CONFIGS / "carlina-pid.yaml"), "--time", "40ms:41", "--input", "reference")
+    time, (f, b) = np.arange(1, 21) * 1e-3, 2 * np.pi * np.array([5.0, 10.0])
+    derivative = 0.1 * f * b * (f * np.exp(-f * time) - b * np.exp(-b * time)) / (f - b)
+    exact, largest = 0.5 * (1 - np.exp(-b * time)) + derivative, 0.1 * f * b
+    wrong = np.abs([row["winch_speed_mm_per_s"] for row in table[21:]] - exact) / largest
+    assert (wrong[0], wrong[2:].max()) == (pytest.approx(0.23, abs=5e-3), pytest.approx(0.04, abs=5e-3))
+    assert wrong[-1] == pytest.approx(4e-4, abs=5e-5)
+    assert table[20]["winch_speed_mm_per_s"] == pytest.approx(largest, rel=1e-9)
