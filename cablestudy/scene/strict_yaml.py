@@ -50,7 +50,7 @@ _MESSAGES = (
     (r"undefined alias \*(\w*)", r"alias *\1 has no anchor &\1 above it", False),
     (r"duplicate anchor", "an anchor of this name stands above already", False),
     (r"another document", "a second document ('---'): one file holds one document", False),
-    (r"nested more", f"nested more than {SCENE.nesting} deep", False),
+    (r"nested more|nesting depth", f"nested more than {SCENE.nesting} deep", False),
 )
 
 
