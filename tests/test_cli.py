@@ -467,6 +467,15 @@ def test_a_terminal_without_some_letters_is_no_reason_to_fail(folder):
     assert "gravty" in process("static", "cäble.yaml", "--set", "gravty=1", env=environment).err
 
 
+@pytest.mark.parametrize("encoding", ["ascii", "latin-1"])
+def test_json_is_utf_8_whatever_the_locale(folder, encoding):
+    environment = {**os.environ, "PYTHONIOENCODING": encoding}
+    write(folder / "cable.yaml", f"base: {CARLINA}\ncases: {{süd Ω: {{}}}}\n")
+    row = json.loads(process("static", "cable.yaml", "--case", "all", "--format", "jsonl", env=environment).out)
+    assert row["case"] == "süd Ω"
+    assert "[A-Za-zµμΩ°%(1]" in process("schema", "study", env=environment).out
+
+
 @pytest.mark.skipif(sys.platform != "linux", reason="file names of any bytes are Linux")
 def test_a_file_whose_name_is_no_text(folder):
     os.rename(study_file(folder, "columns: [sag]\n"), b"bad\xff.yaml")

@@ -6,6 +6,7 @@ import click
 
 from cablestudy.cli.error_handling import WRONG_USE, echo_notes, show
 from cablestudy.cli.options import FORMAT, PATH, QUIET, SCENE, SET, plain_command
+from cablestudy.cli.tables import write_utf8
 from cablestudy.errors import SceneError
 
 # Kind of file -> what to try with it; {} is its name.
@@ -54,6 +55,7 @@ def schema(kind):
 
     from cablestudy.interface.files import schema as schema_of
 
+    write_utf8()
     click.echo(json.dumps(schema_of(kind), indent=2, ensure_ascii=False))
 
 

@@ -55,7 +55,15 @@ def _check_style(context, parameter, style):
         raise click.BadParameter("pyarrow is not installed (pip install 'cablestudy[parquet]')")
     if style == "parquet" and sys.stdout.isatty():
         raise click.BadParameter("parquet is not for a terminal: add > FILE.parquet")
+    if style in ("json", "jsonl"):
+        write_utf8()
     return style
+
+
+def write_utf8():
+    """Write JSON into files and pipes, which is UTF-8 whatever encoding the locale has."""
+    if hasattr(sys.stdout, "reconfigure") and not sys.stdout.isatty():
+        sys.stdout.reconfigure(encoding="utf-8")
 
 
 FORMAT = click.option(
