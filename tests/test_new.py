@@ -1,8 +1,10 @@
 """The command new: commented files to begin with."""
 
+import os
 import resource
 import tomllib
 from fnmatch import fnmatch
+from functools import partial
 from importlib.resources import files
 
 import pytest
@@ -92,8 +94,10 @@ def test_wrong_words(words, message, folder):
 
 
 def test_a_disk_that_is_full_leaves_no_file(folder):
-    """A limit on the size of files stands for the disk."""
-    done = process("new", "guy", preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100)))
+    """A limit on the size of files stands for the disk; compiled modules would be cut short by it, and stay so."""
+    environment = {**os.environ, "PYTHONDONTWRITEBYTECODE": "1"}
+    full = partial(resource.setrlimit, resource.RLIMIT_FSIZE, (100, 100))
+    done = process("new", "guy", preexec_fn=full, env=environment)
     assert (done.code, len(done.lines)) == (2, 1)
     assert done.err.startswith("guy.yaml: cannot be written")
     assert list(folder.iterdir()) == []

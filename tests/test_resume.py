@@ -406,7 +406,7 @@ def test_processes_are_started_by_themselves_for_work_that_is_worth_it(processes
 
 def test_a_full_disk_is_one_line_and_what_is_there_stays(folder):
     study_file(folder, LONG, SLACK)
-    full = "ulimit -f 64; exec {} -m cablestudy sweep study.yaml --jobs 1"  # blocks of 1024 bytes
+    full = "ulimit -f 64; exec {} -B -m cablestudy sweep study.yaml --jobs 1"  # blocks of 1024 bytes
     done = subprocess.run(["bash", "-c", full.format(sys.executable)], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == "results/study.rows.sqlite: cannot be used (disk I/O error); --resume goes on\n"
