@@ -467,6 +467,12 @@ def test_a_terminal_without_some_letters_is_no_reason_to_fail(folder):
     assert "gravty" in process("static", "cäble.yaml", "--set", "gravty=1", env=environment).err
 
 
+def test_a_backend_of_windows_that_is_not_there_is_no_reason_to_fail(folder):
+    environment = {**os.environ, "MPLBACKEND": "none such"}
+    outcome = process("static", CARLINA, "--plot", "form.svg", env=environment)
+    assert (outcome.code, outcome.lines[-1]) == (0, "written: form.svg")
+
+
 @pytest.mark.parametrize("encoding", ["ascii", "latin-1"])
 def test_json_is_utf_8_whatever_the_locale(folder, encoding):
     environment = {**os.environ, "PYTHONIOENCODING": encoding}

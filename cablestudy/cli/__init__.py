@@ -68,3 +68,4 @@ def main():
     """
     for name in VARIABLES:  # see `threads`: before numpy is imported that needs no library
         os.environ.setdefault(name, "1")
+    os.environ.pop("MPLBACKEND", None)  # of windows, and pictures are files: an unknown one would end matplotlib
