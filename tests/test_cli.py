@@ -467,6 +467,12 @@ def test_a_terminal_without_some_letters_is_no_reason_to_fail(folder):
     assert "gravty" in process("static", "cäble.yaml", "--set", "gravty=1", env=environment).err
 
 
+def test_a_current_directory_that_was_removed_is_named(folder):
+    command = f"mkdir here; cd here; rmdir ../here; {sys.executable} -m cablestudy sweep {PRELOAD} --out new"
+    done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (2, "the current directory: No such file or directory\n")
+
+
 def test_a_backend_of_windows_that_is_not_there_is_no_reason_to_fail(folder):
     environment = {**os.environ, "MPLBACKEND": "none such"}
     outcome = process("static", CARLINA, "--plot", "form.svg", env=environment)

@@ -40,8 +40,9 @@ class OneLine(Grouped):
         except click.Abort:
             click.echo("interrupted", err=True)
             exit_interrupted()
-        except OSError as error:  # the disk is full, for example
-            click.echo(f"{error.filename or 'standard output'}: {error.strerror or error}", err=True)
+        except OSError as error:  # the disk is full, for example, or the directory was removed
+            nameless = "the current directory" if isinstance(error, FileNotFoundError) else "standard output"
+            click.echo(f"{error.filename or nameless}: {error.strerror or error}", err=True)
             discard_output()
             code = WRONG_USE
         sys.exit(code)
