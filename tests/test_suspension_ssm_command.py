@@ -58,7 +58,7 @@ def read(path):
         with np.load(path) as file:
             found = dict(file)
     else:
-        found = {name: value for name, value in loadmat(path).items() if not name.startswith("__")}
+        found = {name: value for name, value in loadmat(path, spmatrix=False).items() if not name.startswith("__")}
         found |= {
             name: [str(row[0][0]) for row in value] for name, value in found.items() if name.endswith(("Name", "Unit"))
         }

@@ -10,7 +10,7 @@ The second-order matrices have full names because the C of M, C, K is not the C 
 With python-control:
 
     from scipy.io import loadmat
-    m = loadmat("cable.mat")
+    m = loadmat("cable.mat", spmatrix=False)
     system = control.ss(m["A"], m["B"], m["C"], m["D"])
 
 and in MATLAB `load cable.mat`, then `ss(A, B, C, D, 'StateName', StateName, 'InputName', InputName)`.
