@@ -179,9 +179,10 @@ class Layout:
         """Sum of G_i^T A_i G_i over cables or links, G_i their connection and A_i matrices of their six ends."""
         if not self.large:
             return connection.swapaxes(-1, -2) @ (matrices @ self._by_cable(connection)).reshape(connection.shape)
-        from scipy.sparse import block_diag
+        from scipy.sparse import bsr_array
 
-        return connection.T @ block_diag(matrices, format="csr") @ connection
+        places = np.arange(len(matrices) + 1)
+        return connection.T @ bsr_array((matrices, places[:-1], places)).tocsr() @ connection
 
     def momentum(self, coupling, cable):
         """Momentum of coordinates of the cables per velocity of the free displacements, shape (N, d).
