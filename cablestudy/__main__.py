@@ -45,6 +45,7 @@ def main():
         signal.signal(signal.SIGINT, _end)
     gc.set_threshold(ALLOCATED)
     atexit.register(gc.freeze)  # else all that is left is searched for garbage once more when the program ends
+    os.environ.setdefault("PYTHONSAFEPATH", "1")  # processes of a sweep would import a signal.py found here
     # pydantic would read the metadata of all packages to look for plugins
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     from cablestudy.cli import main as command

@@ -473,6 +473,14 @@ def test_a_current_directory_that_was_removed_is_named(folder):
     assert (done.returncode, done.stderr) == (2, "the current directory: No such file or directory\n")
 
 
+def test_processes_of_a_sweep_import_nothing_from_the_current_directory(folder):
+    write(folder / "signal.py", "raise SystemExit\n")
+    (folder / "bin").mkdir()
+    write(folder / "bin" / "script.py", "from cablestudy.__main__ import main\nif __name__ == '__main__': main()\n")
+    command = [sys.executable, "bin/script.py", "sweep", PRELOAD, "--jobs", "2", "--out", "new"]
+    assert subprocess.run(command, capture_output=True, check=False).returncode == 0
+
+
 def test_a_backend_of_windows_that_is_not_there_is_no_reason_to_fail(folder):
     environment = {**os.environ, "MPLBACKEND": "none such"}
     outcome = process("static", CARLINA, "--plot", "form.svg", env=environment)
