@@ -8,7 +8,8 @@ import pytest
 from campaign import campaign
 from random_suspensions import scene_data
 from references import catenary_mp
-from scipy.optimize import minimize_scalar
+from scipy.optimize import minimize_scalar, root
+from scipy.spatial.transform import Rotation
 from suspension_cases import case_of
 from suspensions import body, cable, point, suspension, trifilar
 
@@ -108,6 +109,35 @@ def test_a_mechanism_beside_stiff_cables_is_passed():
     weight = np.array([0, 0, -own.mass[0] * own.gravity])
     net = found.end_forces[:, 1].sum(axis=0) + weight
     np.testing.assert_allclose(net[[0, 2]], 0, atol=1e-7 * -weight[2])
+
+
+@pytest.mark.parametrize("at", [[0, 0, 0], [-0.5, 0.2, 0.5]])
+def test_a_body_whose_yaw_is_held_stands_alike_wherever_the_search_begins(at):
+    """On springs, cables without weight: its rotation vector (a, b, 0) by a root-finder, moments about x and y zero."""
+    arms = np.array([[0.5, 0, 0.2], [-0.5, 0.3, 0.2], [0, -0.5, 0.2]])
+    anchors, own = np.array([[5.0, 1, 4], [-5, 2, 4], [0, -5, 4]]), np.array([5.95, 6.1, 6.0])
+    center, weight, stiffness = np.array([0.15, 0.1, -0.3]), np.array([0, 0, -50 * G]), 1e6
+    body = {"at": at, "mass": 50.0, "inertia": [4, 4, 6], "center_of_mass": center.tolist(),
+            "free": ["x", "y", "z", "roll", "pitch"],
+            "attachments": dict(zip("abc", arms.tolist(), strict=True))}  # fmt: skip
+    cables = {
+        f"n{k}": {"from": anchors[k].tolist(), "to": f"b.{'abc'[k]}", "unstretched_length": own[k]} for k in range(3)
+    }
+    section = {"axial_stiffness": stiffness, "mass_per_length": 1e-12}
+
+    def unbalanced(q):
+        turn = Rotation.from_rotvec([q[3], q[4], 0])
+        chord = anchors - q[:3] - turn.apply(arms)
+        length = np.linalg.norm(chord, axis=-1, keepdims=True)
+        force = stiffness * (length / own[:, None] - 1) * chord / length
+        moment = np.cross(turn.apply(arms), force).sum(axis=0) + np.cross(turn.apply(center), weight)
+        return [*(force.sum(axis=0) + weight), *moment[:2]]
+
+    expected = root(unbalanced, [0.03, 0.17, 0, -0.12, 0.15], tol=1e-14).x
+    found = case_of({"gravity": G, "bodies": {"b": body}, "cables": cables, "cable": section}).equilibrium
+    np.testing.assert_allclose(found.position[0], expected[:3], atol=1e-10)
+    turned = Rotation.from_matrix(found.rotation[0]).as_rotvec()
+    np.testing.assert_allclose(turned, [*expected[3:], 0], atol=1e-10)
 
 
 def test_a_dead_moment_that_cables_cannot_hold(monkeypatch):
