@@ -75,6 +75,18 @@ def test_weightless_cables_against_a_general_solver(method, low, high):
     np.testing.assert_allclose(tension, expected, rtol=2e-5)
 
 
+def test_balanced_tensions_are_the_least_squares_that_the_documentation_states():
+    """Squared deviations and 1e-8 of the squares, in balance with the weight: linear equations with multipliers."""
+    scene = robot(line=1e-12)
+    units, load = straight_wrenches(scene)
+    hessian = np.eye(8) * (1 + 1e-8) - 1 / 8
+    equations = np.block([[hessian, units.T], [units, np.zeros((6, 6))]])
+    found, problems = lengths.solve(scene, "balanced")
+    assert problems == ""
+    tension = np.linalg.solve(equations, np.append(np.zeros(8), load))[:8]
+    np.testing.assert_allclose(found.catenary.mean_tension, tension, rtol=1e-10)
+
+
 def test_sagging_cables_hold_the_body_where_it_stands():
     """The pose of the lengths that were found is the pose that was asked for, and the equilibrium of `pose`."""
     scene = robot(line=0.8)

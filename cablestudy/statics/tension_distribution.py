@@ -4,7 +4,8 @@
 
 t being the tensions, y unknowns without bounds (free degrees of freedom) and A, E the changes of the net forces with
 them. S depends on the method: `balanced` takes the deviations from the mean, `least` and `closest` the tensions
-themselves. Where the tensions can all rise together, `balanced` takes the smallest of them.
+themselves. Where the tensions can all rise together, `balanced` takes the smallest of them, since it adds
+`STATICS.tensions_themselves`^2 of the sum of squares.
 
 The equations are eliminated by a singular value decomposition; the bounds make a least-distance problem, solved exactly
 by non-negative least squares. Source: Lawson and Hanson (1974), Solving Least Squares Problems, chapter 23.
