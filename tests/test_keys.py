@@ -58,6 +58,13 @@ def test_some_keys(kind, expected):
     assert found[expected[0]] == expected
 
 
+def test_curves_of_a_material_stand_beside_its_modulus():
+    """Of a cable they take its place; a cable of a material without `state` is linear, with the material's modulus."""
+    meanings = {key.key: key.meaning for key in keys_of("scene")}
+    assert "instead of elastic_modulus" in meanings["cable.stress_strain"]
+    assert "instead of" not in meanings["materials.NAME.stress_strain"]
+
+
 def test_keys_that_cables_share_are_listed_once():
     keys = {key.key for key in keys_of("suspension")}
     assert {"cable.diameter", "cable.damping.viscous", "cables.NAME.from", "cables.NAME.to"} <= keys

@@ -172,6 +172,16 @@ def test_slack_cables_are_named():
     assert "; slack: spare; this is" in notes_on_lost_cables(SuspensionCase(scene_of(text, "case=torn")))[0]
 
 
+def test_small_movements_of_small_suspensions_are_told():
+    """One of two ropes side by side, of 1 mm: what is left stretches by m g L/EA more than half of that."""
+    text = (
+        "points: {a: [0, 0, 0], load: {at: [0, 0, -1 mm], free: true, mass: 2 g}}\n"
+        "cable: {axial_stiffness: 98.1 kN, mass_per_length: 1e-9 kg/m, unstretched_length: 1 mm}\n"
+        "cables: {left: {from: a, to: load}, right: {from: a, to: load}}\ncases: {torn: {lost: [right]}}\n"
+    )
+    assert "load moves by 1e-10 m" in notes_on_lost_cables(SuspensionCase(scene_of(text, "case=torn")))[0]
+
+
 @pytest.mark.parametrize("command", ["loop", "windrms", "ssm"])
 def test_a_loop_needs_the_cables_of_its_winches(command):
     scene = SUSPENSIONS / "carlina-balloon-wind.yaml"

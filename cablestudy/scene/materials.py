@@ -264,6 +264,9 @@ class Material(Properties):
     table: ClassVar[str] = "material"
 
     source: Annotated[str, Field(strict=True)] = Field("", description="Where the numbers are from")
+    stress_strain: StressStrainTable | None = Field(
+        None, description="Curves of a conductor that stretches for good, by part: of a cable with the key state"
+    )
 
     @classmethod
     def key_mistakes(cls, given):

@@ -180,6 +180,7 @@ class StudyTolerances:
     noted_force: float = 1e-11  # net force over the forces: what is less is rounding
     listed_parts: int = 12  # cables, bodies, or runs of modes, that are named one by one
     noted_change: float = 5e-5  # of a tension, relative, that is told
+    noted_movement: float = 1e-11  # over the longest chord, that is told: less is rounding
     standing_turn: float = 30.0  # of what stands: rotation of a body [deg],
     standing_movement: float = 0.1  # and movement over the longest chord [-]; what moves more has fallen
 

@@ -346,9 +346,10 @@ def _movements(case):
     trace = (equilibrium.rotation * unbroken.rotation).sum(axis=(-1, -2))
     angle = np.degrees(np.arccos(np.clip((trace - 1) / 2, -1.0, 1.0)))
     span, names, texts = equilibrium.catenary.span, equilibrium.suspension.body_names, []
-    fallen = (angle > STUDY.standing_turn) | (distance > STUDY.standing_movement * span.chord.max())
+    longest = float(span.chord.max())
+    fallen = (angle > STUDY.standing_turn) | (distance > STUDY.standing_movement * longest)
     for name, metres, degrees in zip(names, distance.tolist(), angle.tolist(), strict=True):
-        words = [f"moves by {metres:.4g} m"] if metres > 1e-9 else []
+        words = [f"moves by {metres:.4g} m"] if metres > STUDY.noted_movement * longest else []
         words += [f"turns by {degrees:.4g} deg"] if degrees > 1e-5 else []  # less is rounding of the cosine
         texts += [f"{name} {' and '.join(words)}"] if words else []
     return texts, [name for name, has_fallen in zip(names, fallen, strict=True) if has_fallen]
