@@ -13,7 +13,6 @@ from cablestudy.statics.descent import UNMET, descend, least_energy_poses
 from cablestudy.statics.fitted_lengths import first_strains
 from cablestudy.statics.links import Links
 from cablestudy.statics.pose_state import PoseState, displaced, evaluate, extent, spans
-from cablestudy.statics.rigid import turn_since
 from cablestudy.statics.rounding import largest_ratio
 from cablestudy.statics.stability import UNSTABLE
 from cablestudy.statics.stated_equilibrium import satisfy_stated
@@ -63,34 +62,7 @@ def pose(suspension):
     if len(failed):
         ended = take_rows(state, failed), take_rows(record, failed)
         _assign_converged(state, record, failed, *search_with_softest_held(flat.take(failed), *ended))
-    without_held_turns(flat, state, record)
     return leave_saddle_points(suspension, flat, state, record)
-
-
-def without_held_turns(suspension, state, record):
-    """Turn bodies back about an axis about which they are held: `state` and `record` of n cases are written over.
-
-    Steps about two free axes, one after the other, turn a body about the third one too, by an angle that depends on the
-    way of the search. A body that is held about one axis comes to rest where its turn since the search began has no
-    part about this axis: it is turned back, and the search goes on from there, by the secant method.
-    """
-    free = suspension.free[:, 3:]
-    held = ~free & (free.sum(axis=-1) == 2)[:, None]
-    if not held.any():
-        return
-    before = np.zeros((2, len(state.position), *held.shape))  # step, and turn before it
-    for _ in range(STATICS.held_turns):
-        turned = np.where(held, turn_since(suspension.rotation, state.rotation), 0.0)
-        index = np.flatnonzero(record.converged & (np.abs(turned).max(axis=(-1, -2)) > STATICS.held_turn))
-        if not len(index):
-            return
-        step, change = before[0], turned - before[1]
-        slope = np.where(step, change / np.where(step, step, 1.0), 1.0)
-        step = np.where(np.abs(slope) > STATICS.held_turn_slope, -turned / np.where(slope, slope, 1.0), -turned)
-        before[:, index] = step[index], turned[index]
-        subset, back = suspension.take(index), np.concatenate([np.zeros(step.shape), step], axis=-1)
-        found = search_all(subset, displaced(subset, take_rows(state, index), back[index]))
-        _assign_converged(state, record, index, *found)
 
 
 def _assign_converged(state, record, index, new_state, new_record):

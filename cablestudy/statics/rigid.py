@@ -93,15 +93,6 @@ def turn(vector):
     return np.sinc(angle / np.pi) * matrix + np.sinc(angle / (2 * np.pi)) ** 2 / 2 * (matrix @ matrix)
 
 
-def turn_since(before, after):
-    """Axis of the rotation from one attitude to another, times the sine of its angle: ndarray, shape (..., 3).
-
-    `before` and `after` are rotation matrices, shape (..., 3, 3).
-    """
-    change = after @ np.swapaxes(before, -1, -2)
-    return (change - np.swapaxes(change, -1, -2))[..., (2, 0, 1), (1, 2, 0)] / 2
-
-
 def point_movement(arm):
     """B of the module's docstring: displacement of a point per displacement and rotation of its body, [I, -[r x]].
 

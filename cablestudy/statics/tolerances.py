@@ -46,10 +46,6 @@ class StaticsTolerances:
     length_change: float = 0.3  # change of an unstretched length in one step, over the length
     # steps off a saddle: rotation [rad], or share of the extent of the suspension
     off_saddle: tuple = (0.1, -0.1, 0.3, -0.3)
-    held_turns: int = 40  # times that bodies are turned back about an axis about which they are held,
-    held_turn: float = 1e-14  # until the sine of their turn about it is rounding
-    # turn that is left over that turned back, down to which the secant method foretells it
-    held_turn_slope: float = 0.01
     coincident_link_ends: float = 1e-9  # distance of the ends of a link, over the longest of any two ends, that is none
     added_stiffness: float = 1e-14  # added to the diagonal of the scaled stiffness
     nearest_link_ends: float = 1e-9  # of the length: ends closer than this are taken as this far apart in F/d
