@@ -4,9 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import solved
 from campaign import campaign
 from references import catenary_mp
-from scipy.optimize import brentq
+from scipy.optimize import brentq, root
+from scipy.spatial.transform import Rotation
 from suspensions import body, cable, heavy, point, sagging, suspension, trifilar, with_values
 
 from cablestudy.cable.catenary import solve
@@ -99,6 +101,57 @@ def test_held_degrees_of_freedom_stay():
     assert found.position[0, 0] == one.position[0, 0]
     assert net_force(found, 0)[1:] == pytest.approx([0, 0], abs=1e-7)
     assert abs(net_force(found, 0)[0]) > 1
+
+
+HOOKS = np.array([[3.0, 0.0, 4.0], [-2.0, 2.5, 4.5], [-1.5, -3.0, 3.5]])
+RINGS = np.array([[0.3, 0.0, 0.1], [-0.2, 0.25, 0.1], [-0.1, -0.3, 0.1]])
+CENTER, MASS, PULL, EA, LENGTH = np.array([0.12, 0.15, -0.2]), 10.0, np.array([5.0, -8.0, 0.0]), 1e5, 4.6
+
+
+def on_three_springs(free):
+    """Place and rotation vector of a body on three ropes without weight, with two free rotations, by Newton's law."""
+
+    def left_over(unknown):
+        vector = np.zeros(3)
+        vector[free] = unknown[3:]
+        turn = Rotation.from_rotvec(vector)
+        arms, center = turn.apply(RINGS), turn.apply(CENTER)
+        ropes = HOOKS - unknown[:3] - arms
+        distance = np.linalg.norm(ropes, axis=1)[:, None]
+        forces, weight = EA * (distance / LENGTH - 1) * ropes / distance, np.array([0.0, 0.0, -MASS * 9.81])
+        moment = np.cross(arms, forces).sum(axis=0) + np.cross(center, weight)
+        return np.concatenate([forces.sum(axis=0) + weight + PULL, moment[free]])
+
+    found = root(left_over, [0.0, 0.5, 0.5, 0.0, 0.0], tol=1e-13).x
+    vector = np.zeros(3)
+    vector[free] = found[3:]
+    return found[:3], vector
+
+
+@pytest.mark.parametrize("held", ["roll", "pitch", "yaw"])
+def test_a_rotation_is_held_whatever_the_way_of_the_search(held):
+    """Two rotations in turns add up to one about the third axis: by 0.7 degrees from the one start to the other."""
+    angles = ["roll", "pitch", "yaw"]
+    place, vector = on_three_springs([k for k, angle in enumerate(angles) if angle != held])
+    scene = {
+        "points": {f"p{k}": hook.tolist() for k, hook in enumerate(HOOKS)},
+        "cable": {"axial_stiffness": EA, "mass_per_length": 1e-12, "unstretched_length": LENGTH},
+        "cables": {f"c{k}": {"from": f"p{k}", "to": f"a.r{k}"} for k in range(3)},
+    }
+    body = {
+        "mass": MASS, "center_of_mass": CENTER.tolist(), "inertia": [1, 1, 1], "free": [*"xyz", *angles],
+        "attachments": {f"r{k}": ring.tolist() for k, ring in enumerate(RINGS)},
+    }  # fmt: skip
+    body["free"].remove(held)
+    pulled = {"cases": {"pulled": {"forces": {"a": {"force": PULL.tolist()}}}}, "case": "pulled"}
+    for start, force in ([0, 0, 0], {}), ([-0.5, 1, -0.5], {}), ([0, 0, 0], pulled):
+        dead = {} if force else {"force": PULL.tolist()}
+        names = [f"a.{name}" for name in (*"xyz", *angles)]
+        row = solved.solve(scene | force | {"bodies": {"a": {"at": start, **body, **dead}}}, *names)
+        values = list(row.values.values())
+        assert values[:3] == pytest.approx(place, rel=1e-9)
+        turned = Rotation.from_euler("ZYX", values[:2:-1], degrees=True).as_rotvec()
+        assert turned == pytest.approx(vector, abs=1e-10)
 
 
 @pytest.mark.parametrize("seed", campaign(range(6), [1, 4]))

@@ -13,6 +13,7 @@ from cablestudy.statics.descent import UNMET, descend, least_energy_poses
 from cablestudy.statics.fitted_lengths import first_strains
 from cablestudy.statics.links import Links
 from cablestudy.statics.pose_state import PoseState, displaced, evaluate, extent, spans
+from cablestudy.statics.rigid import about_two_axes, rotation_vector
 from cablestudy.statics.rounding import largest_ratio
 from cablestudy.statics.stability import UNSTABLE
 from cablestudy.statics.stated_equilibrium import satisfy_stated
@@ -62,6 +63,7 @@ def pose(suspension):
     if len(failed):
         ended = take_rows(state, failed), take_rows(record, failed)
         _assign_converged(state, record, failed, *search_with_softest_held(flat.take(failed), *ended))
+    with_held_rotations(flat, state, record)
     return leave_saddle_points(suspension, flat, state, record)
 
 
@@ -92,7 +94,38 @@ def leave_saddle_points(suspension, flat, state, record):
             descended, record_of_descent = satisfy_stated(subset, descended, record_of_descent)
         record = copy_record(record)
         _assign_converged(state, record, index, descended, record_of_descent)
+        with_held_rotations(flat, state, record)
     return equilibrium(suspension, flat, state, record)
+
+
+def with_held_rotations(suspension, state, record):
+    """Turn bodies with two free rotations back about the third axis, and search again, until none of them has turned.
+
+    Small rotations about two axes, one after the other, add up to one about the third, by the area that they enclose:
+    where a body ends would depend on the way of the search. Held is the part along this axis of the rotation vector
+    that leads from `suspension.attitude` to where the body is. States and records of cases that turn are written over.
+
+    Parameters
+    ----------
+    suspension : SuspendedSystem
+    state : PoseState
+    record : SearchRecord
+        Of n cases, with arrays that can be written.
+    """
+    if suspension.attitude is None:
+        return
+    held = about_two_axes(suspension.free)[:, None] & ~suspension.free[:, 3:]
+    for _ in range(STATICS.held_searches):
+        turned = rotation_vector(state.rotation @ np.swapaxes(suspension.attitude, -1, -2))
+        back = -np.where(held, turned, 0.0)
+        index = np.flatnonzero(record.converged & (np.abs(back).max(axis=(-1, -2)) > STATICS.held_rotation))
+        if not len(index):
+            return
+        subset, step = suspension.take(index), np.concatenate([np.zeros(back.shape), back], axis=-1)[index]
+        found = search_all(subset, displaced(subset, take_rows(state, index), step))
+        if not found[1].converged.any():
+            return
+        _assign_converged(state, record, index, *found)
 
 
 def perturbed(suspension, state, motion, step_size):

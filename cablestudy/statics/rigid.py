@@ -93,6 +93,25 @@ def turn(vector):
     return np.sinc(angle / np.pi) * matrix + np.sinc(angle / (2 * np.pi)) ** 2 / 2 * (matrix @ matrix)
 
 
+def rotation_vector(rotation):
+    """Vector v of a rotation exp([v x]) by less than half a turn, the inverse of `turn`, shape (..., 3). [rad]
+
+    Parameters
+    ----------
+    rotation : ndarray, shape (..., 3, 3)
+    """
+    skew = (rotation - np.swapaxes(rotation, -1, -2)) / 2
+    vector = np.stack([skew[..., 2, 1], skew[..., 0, 2], skew[..., 1, 0]], axis=-1)
+    sine = np.sqrt((vector**2).sum(axis=-1))
+    angle = np.arctan2(sine, (np.trace(rotation, axis1=-2, axis2=-1) - 1) / 2)
+    return vector * np.where(sine > 0, angle / np.where(sine > 0, sine, 1.0), 1.0)[..., None]
+
+
+def about_two_axes(free):
+    """True for bodies of which exactly two rotations are free, shape (b,); `free` as of `SuspendedSystem`."""
+    return free[:, 3:].sum(axis=-1) == 2
+
+
 def point_movement(arm):
     """B of the module's docstring: displacement of a point per displacement and rotation of its body, [I, -[r x]].
 

@@ -23,9 +23,9 @@ STATED = (
 AXES = ("x", "y", "z", "rx", "ry", "rz")
 # dimensions that each array has for one case
 CORES = {
-    "gravity": 0, "position": 2, "rotation": 3, "mass": 1, "center": 2, "inertia": 3, "force": 2, "moment": 2,
-    "eccentric_loads": 3, "attachment": 3, "axial_stiffness": 1, "cable_mass": 1, "value": 1, "force_density": 1,
-    "cable_wind": 2, "link_stiffness": 1, "link_damping": 1, "link_length": 1,
+    "gravity": 0, "position": 2, "rotation": 3, "attitude": 3, "mass": 1, "center": 2, "inertia": 3, "force": 2,
+    "moment": 2, "eccentric_loads": 3, "attachment": 3, "axial_stiffness": 1, "cable_mass": 1, "value": 1,
+    "force_density": 1, "cable_wind": 2, "link_stiffness": 1, "link_damping": 1, "link_length": 1,
     "load_positions": 2, "load_forces": 3, "load_masses": 2, "load_fractions": 2,
 }  # fmt: skip
 OF_CABLES = (
@@ -91,6 +91,9 @@ class SuspendedSystem:
         Point loads, global axes, the weight of their masses included. [N]
     load_masses : ndarray, shape (..., c, k), or None
         What moves with the cable there. [kg]
+    attitude : ndarray, shape (..., b, 3, 3), or None
+        Of bodies with two free rotations: rotation from which the third one is held, see `rest.with_held_rotations`;
+        None where there is no such body.
     load_fractions : ndarray, shape (..., c, k), or None
         Share of the unstretched length at which a load is whatever that length; not a number where its place is an arc
         length. With it the order of the loads is free. [-]
@@ -125,6 +128,7 @@ class SuspendedSystem:
     load_forces: np.ndarray | None = None
     load_masses: np.ndarray | None = None
     load_fractions: np.ndarray | None = None
+    attitude: np.ndarray | None = None
 
     @cached_property
     def _arrays(self):

@@ -149,7 +149,10 @@ def _with_moves(suspension, reference, scenes, values):
     known = reference.record.converged[:, None, None]
     position = np.where(known, reference.position, suspension.position) + _moves_of_bodies(scenes)
     rotation = np.where(known[..., None], reference.rotation, suspension.rotation)
-    return replace(suspension, position=position, rotation=rotation, attachment=suspension.attachment + values.moves)
+    found = suspension.attitude is not None and scenes[0].solve_for == "lengths"  # the reference state has the attitude
+    attitude = {"attitude": rotation} if found else {}
+    attachment = suspension.attachment + values.moves
+    return replace(suspension, position=position, rotation=rotation, attachment=attachment, **attitude)
 
 
 def _moves_of_bodies(scenes):

@@ -189,9 +189,12 @@ def numbers_of(scenes):
     of_lines = {name: np.array([numbers[name] for numbers in of_scenes])[runs] for name in of_scenes[0]}
     if np.isnan(of_lines["force_density"]).all():
         of_lines["force_density"] = None
+    of_bodies = _arrays_of_bodies(scenes)
+    if rigid.about_two_axes(arrays["free"]).any():
+        of_bodies["attitude"] = of_bodies["rotation"]
     return SuspendedSystem(
         gravity=np.array([scene.gravity for scene in scenes], dtype=float),
-        **_arrays_of_bodies(scenes),
+        **of_bodies,
         **of_lines,
         **topology | arrays,
     )
