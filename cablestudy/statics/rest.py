@@ -103,7 +103,8 @@ def with_held_rotations(suspension, state, record):
 
     Small rotations about two axes, one after the other, add up to one about the third, by the area that they enclose:
     where a body ends would depend on the way of the search. Held is the part along this axis of the rotation vector
-    that leads from `suspension.attitude` to where the body is. States and records of cases that turn are written over.
+    that leads from `suspension.attitude` to where the body is, which turns by less than `STATICS.held_turn`. States and
+    records of cases that turn are written over.
 
     Parameters
     ----------
@@ -117,7 +118,7 @@ def with_held_rotations(suspension, state, record):
     held = about_two_axes(suspension.free)[:, None] & ~suspension.free[:, 3:]
     for _ in range(STATICS.held_searches):
         turned = rotation_vector(state.rotation @ np.swapaxes(suspension.attitude, -1, -2))
-        back = -np.where(held, turned, 0.0)
+        back = -np.where(held & (size(turned) < STATICS.held_turn)[..., None], turned, 0.0)
         index = np.flatnonzero(record.converged & (np.abs(back).max(axis=(-1, -2)) > STATICS.held_rotation))
         if not len(index):
             return
