@@ -71,6 +71,8 @@ def _tables_of_bodies(contents, scene, equilibrium):
             points[name] = {**points[name], "at": positions[name]}
     for name, body in scene.bodies.items():
         if body.free:
-            attitude = {"attitude": attitudes[name]} if body.turning else {}
+            # beside two free rotations the third is held from the attitude that the scene states
+            stays = not body.turning or (len(body.turning) == 2 and body.attitude != "free")
+            attitude = {} if stays else {"attitude": attitudes[name]}
             bodies[name] = {**bodies[name], "at": positions[name], **attitude}
     return ({"points": points} if points else {}) | ({"bodies": bodies} if bodies else {})
