@@ -138,6 +138,21 @@ def test_a_rope_at_another_size_than_its_own_is_told(folder):
     assert masses(", cable.diameter: [null, null]") == (pytest.approx([0.9, 1.2]), [])
 
 
+def test_a_rope_at_the_size_of_the_other_cables_is_told_once(folder):
+    cables = "a: {from: [0, 0, 0], to: [9 m, 0, 0]}\n  b: {from: [0, 0, 5 m], to: [9 m, 0, 5 m], material: a-14}\n"
+    more = "  c: {from: [0, 0, 7 m], to: [9 m, 0, 7 m], material: a-14}\n"
+    shared = "cable: {material: a-16, diameter: 16 mm, preload: 5 kN}\n"
+    ropes = ROPES.strip().replace("a-", "  a-")
+    write(folder / "ropes.yaml", f"materials:\n{ropes}\n{shared}cables:\n  {cables}{more}")
+    told = "ropes.yaml:7:55: cables.b.material: warning: a-14 has 14 mm, and is scaled to another size here"
+    columns = "--columns", "mass,unstretched_length"
+    outcome = run("static", "ropes.yaml", "--table", "cables", *columns, "--format", "csv")
+    assert outcome.lines == [f"{told} (the diameter of the table cable, as for c; give it a diameter of its own)"]
+    masses = [float(row["mass_kg"]) / float(row["unstretched_length_m"]) for row in rows_of(outcome.out, "csv")]
+    assert masses == pytest.approx([1.2, 0.9 * (16 / 14) ** 2, 0.9 * (16 / 14) ** 2])
+    assert run("static", "ropes.yaml", "--set", "cables.b.diameter=14 mm", "--set", "cables.c.diameter=14 mm").err == ""
+
+
 def test_a_thick_cable_of_solid_wire_is_told():
     solid = "warning: a solid bar of steel; a rope has a fill_factor below 1 ('cablestudy materials' lists ropes)"
 

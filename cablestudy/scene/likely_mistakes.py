@@ -5,7 +5,7 @@ from contextlib import suppress
 from fnmatch import fnmatchcase
 
 from cablestudy.scene.common_tables import comparison, written_limits
-from cablestudy.scene.layers import leaves, mapping_at
+from cablestudy.scene.layers import leaves, mapping_at, merge
 from cablestudy.scene.materials import known_materials
 from cablestudy.scene.strict_yaml import mistake
 from cablestudy.scene.tolerances import SCENE
@@ -15,6 +15,8 @@ LENGTHS = ("cable.diameter", "cables.*.diameter", "materials.*.diameter", "cases
 TEMPERATURES = ("cable.reference.temperature", "cables.*.reference.temperature", "cases.*.temperature")
 INTENSITY = "wind.turbulence_intensity"
 SHARE = "utilisation"  # at the end of the columns that are shares of the breaking force
+SIZES = "diameter", "area"
+RESIZED = "and is scaled to another size here"
 PAPER = "paper/"  # begins the names of the materials of the paper, whose cables are solid
 
 
@@ -64,18 +66,33 @@ def _bare_shares(document):
 
 
 def _doubtful_sections(document):
-    """Yield a warning for each cable with a rope at another size than its own, or thick and of a solid material."""
-    tables = {("cable",): document.value.get("cable")}
-    tables |= {("cables", name): table for name, table in mapping_at(document.value, ("cables",)).items()}
-    tables = {path: table for path, table in tables.items() if isinstance(table, dict) and table.get("material")}
+    """Yield a warning for each cable with a rope at another size than its own, or thick and of a solid material.
+
+    Cables with the same warning because of a size that they share are told once, at the first of them.
+    """
+    shared = mapping_at(document.value, ("cable",))
+    tables = {("cable",): (shared, shared)}
+    for name, own in mapping_at(document.value, ("cables",)).items():
+        if isinstance(own, dict) and any(own.get(key) is not None for key in ("material", *SIZES)):
+            tables["cables", name] = own, merge({"cable": shared}, {"cable": own})["cable"]
+    tables = {path: both for path, both in tables.items() if both[1].get("material")}
     known = known_materials(document.value.get("materials")) if tables else {}
-    for path, table in tables.items():
+    of_shared_size = {}
+    for path, (own, table) in tables.items():
         name = table["material"]
         material = known.get(name) if isinstance(name, str) else None
         likely = material and (_check_resized_rope(name, material, table) or _check_solid_bar(name, material, table))
-        if likely:
+        if likely and own.get(likely[0]) is None:
+            of_shared_size.setdefault(likely, []).append(path)
+        elif likely:
             key, text = likely
-            yield _warning(document, (*path, key), text)
+            has_own = RESIZED in text and (own is shared or shared.get(key) is None)
+            remedy = f" ({key}: null takes its own)" if has_own else ""
+            yield _warning(document, (*path, key), f"{text}{remedy}")
+    for (key, text), paths in of_shared_size.items():
+        others = f", as for {', '.join(name for _, name in paths[1:])}" if paths[1:] else ""
+        shared_size = f" (the {key} of the table cable{others}; give it a {key} of its own)"
+        yield _warning(document, (*paths[0], "material"), f"{text}{shared_size}")
 
 
 def _check_resized_rope(name, material, table):
@@ -86,7 +103,7 @@ def _check_resized_rope(name, material, table):
         cable_size = _number(table.get(key), unit)
         if cable_size is not None and abs(cable_size / rope_size - 1) > SCENE.equal_sizes:
             size = f"{rope_size * 1e3:.4g} mm" if key == "diameter" else f"{rope_size * 1e6:.4g} mm^2"
-            return key, f"{name} has {size}, and is scaled to another size here ({key}: null takes its own)"
+            return key, f"{name} has {size}, {RESIZED}"
     return None
 
 
