@@ -582,6 +582,7 @@ def test_numbers_and_names_of_pictures():
     assert {force: force_text(force) for force in forces} == forces
     lengths = {0.0: "0 m", -9.9e-3: "−9.9 mm", 1.182e-4: "0.1182 mm", 0.01: "0.01 m", 12345.6: "12350 m"}
     assert {length: length_text(length) for length in lengths} == lengths
+    assert [force_text(784.8, 1.2e4), length_text(5e-3, -0.1)] == ["0.7848 kN", "0.005 m"]  # in the unit of the largest
     columns = {
         "outofplane_frequency_1": "out-of-plane frequency 1", "n1.inplane_frequency_2": "n1 in-plane frequency 2",
         "gondola_rms": "gondola RMS",

@@ -303,6 +303,21 @@ def test_load_cases_are_drawn_together_over_the_ground():
         assert np.gradient(slope, cable[:, 0])[30] == pytest.approx(weight / force[0], rel=0.01)
 
 
+def test_forms_in_wind_are_drawn_from_their_chords():
+    """The clamps move aside too, by less than a thousandth of the section."""
+    blown = "cases.blown={temperature: 15 degC, wind: {pressure: 12 Pa, direction: 90 deg}}"
+    cases = {name: case_of(SECTION, blown, f"case={name}") for name in ("blown", "everyday")}
+    figure = whole(plots.case_forms(cases))
+    *_, axes = figure.axes
+    assert axes.get_title(loc="left") == "Seen along the span, true to scale"
+    aside = cases["blown"].equilibrium.position[:, 1]
+    assert np.abs(aside).min() > 0.05
+    segments = axes.collections[0].get_segments()
+    assert len(segments) == 5
+    for segment in segments:
+        assert segment[[0, -1]] == pytest.approx(np.zeros((2, 2)), abs=1e-9)
+
+
 def test_one_case_of_a_long_scene_is_drawn_over_the_ground_in_the_colours_of_its_tensions():
     """The clearance is that of its table, and where it is marked a cable and the ground are so far apart."""
     case = case_of(SECTION, "case=hot")
@@ -405,3 +420,12 @@ def test_load_cases_name_what_they_lose():
     lost = next(one for one in axes.collections if one.get_label() == "lost in broken").get_segments()
     at = cases["everyday"].equilibrium.ends[:, :, [0, 2]]  # s2 and i2, at the temperature of the reference state
     assert np.array([curve[[0, -1]] for curve in lost]) == pytest.approx(at[[1, 4]], rel=1e-3)
+
+
+def test_a_picture_of_modes_names_its_load_case_and_what_each_panel_shows():
+    scene = load(written(SECTION), case="hot")
+    figure = whole(scene.plot("modes"))
+    assert figure.get_suptitle().startswith("Load case hot: 12 modes,")
+    shown = {text.get_text().partition(" ")[2] for axes in figure.axes for text in axes.texts}
+    assert {"in-plane, z", "out-of-plane, sideways"} <= shown
+    assert scene.plot("static").get_suptitle().startswith("Load case hot: 5 cables")

@@ -99,7 +99,15 @@ class SceneCommands:
                 raise NoSolutionError(f"{error}{hint}") from None
             raise
         failures = tuple(f"{failure}{self._hint(failure)}" for failure in answer.failures)
-        return replace(answer, failures=failures, warnings=(*answer.warnings, *self._above_accuracy(what, answer)))
+        warnings = (*answer.warnings, *self._above_accuracy(what, answer))
+        return replace(answer, failures=failures, warnings=warnings, draw=self._with_case_in_title(answer.draw))
+
+    def _with_case_in_title(self, draw):
+        """The function that draws a picture, or None, with the load case of the scene, if any, in the title."""
+        case = self.model.case
+        if draw is None or case is None:
+            return draw
+        return lambda plots, **options: plots.name_case(draw(plots, **options), case)
 
     def _above_accuracy(self, what, answer):
         """A note on errors of an `Answer` about motion that are above the accuracy, at most one; tuple of str."""

@@ -12,6 +12,7 @@ from cablestudy.study.plots.modes import save_animation as save_animation
 from cablestudy.study.plots.study import not_drawn as not_drawn
 from cablestudy.study.plots.study import sensitivity_plot as sensitivity_plot
 from cablestudy.study.plots.study import study_plot as study_plot
+from cablestudy.study.plots.style import name_case as name_case
 from cablestudy.study.plots.style import save as save
 from cablestudy.study.plots.trade import trade_plot as trade_plot
 from cablestudy.study.plots.wind import wind_response as wind_response

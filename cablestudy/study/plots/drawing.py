@@ -10,7 +10,7 @@ from cablestudy.cable.geometry import clearance, load_sag, points_along
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.scene.words import counted
 from cablestudy.statics.suspension import GROUND
-from cablestudy.study.plots.words import force_text, length_text, shortened
+from cablestudy.study.plots.words import case_words, force_text, length_text, shortened
 from cablestudy.study.scene_kind import kind_of
 
 FINE_POINTS, COARSE_POINTS, FEW_CABLES = 401, 61, 12  # points along a cable of a few, and of more cables than these
@@ -128,16 +128,21 @@ class Drawing:
         return np.linalg.norm(tension.reshape(*self.shares.shape, -1), axis=-1)
 
     @cached_property
-    def above_chord(self):
-        """Heights of each cable above its chord, negative where it sags, shape (c, j). [m]
+    def from_chord(self):
+        """Places of points along each cable from its chord, shape (c, j, 3). [m]
 
-        At the same horizontal distance; of an upright cable at the same share of the length.
+        That of the chord is at the same horizontal distance, for an upright cable at the same share of the length.
         """
         apart, chord = self.cables - self.ends[:, :1], self.ends[:, 1] - self.ends[:, 0]
         run = (chord[:, :2] ** 2).sum(axis=-1)
         upright = run < (FLAT * np.linalg.norm(chord, axis=-1)) ** 2
         along = (apart[..., :2] * chord[:, None, :2]).sum(axis=-1) / np.where(upright, 1.0, run)[:, None]
-        return apart[..., 2] - np.where(upright[:, None], self.shares, along) * chord[:, None, 2]
+        return apart - np.where(upright[:, None], self.shares, along)[..., None] * chord[:, None]
+
+    @property
+    def above_chord(self):
+        """Heights of each cable above its chord, negative where it sags, shape (c, j), as of `from_chord`. [m]"""
+        return self.from_chord[..., 2]
 
     def form_of(self, cable):
         """`Catenary` or `State` of one cable by its number."""
@@ -159,16 +164,24 @@ class Drawing:
         """Name of its load case, or what is drawn."""
         return shortened(self.case) if self.case else "cable"
 
-    @property
-    def label(self):
-        """Its name with the distance of the only cable or of a load on it from the chord, or the largest tension."""
-        name = self.name
+    @cached_property
+    def measure(self):
+        """Distance of the only cable, or of a load on it, below its chord; of several cables the tension.
+
+        The label shows it: the largest one of all cables. [m] or [N]
+        """
         if not self.single:
-            return f"{name}: tension up to {force_text(float(np.max(self.statics.max_tension, initial=0.0)))}"
+            return float(np.max(self.statics.max_tension, initial=0.0))
+        return load_sag(self.form_of(0)) if self.loads else float(self.sag[0])
+
+    def label(self, largest):
+        """Its name with its `measure`, in the unit of the largest one of all that are drawn."""
+        if not self.single:
+            return f"{self.name}: tension up to {force_text(self.measure, largest)}"
         if self.loads:  # a rider, for example, whose position differs from case to case
-            below = load_sag(self.form_of(0))
-            return f"{name}: load {length_text(abs(below))} {'below' if below >= 0 else 'above'} the chord"
-        return f"{name}: sag {length_text(float(self.sag[0]))}"
+            side = "below" if self.measure >= 0 else "above"
+            return f"{self.name}: load {length_text(abs(self.measure), largest)} {side} the chord"
+        return f"{self.name}: sag {length_text(self.measure, largest)}"
 
     @property
     def contents(self):
@@ -182,7 +195,7 @@ class Drawing:
 
         `with_sag`: whether the sag is defined.
         """
-        parts = [f"{f'Load case {shortened(self.case)}' if self.case else 'Static form'}: {self.contents}"]
+        parts = [f"{case_words(self.case) if self.case else 'Static form: '}{self.contents}"]
         if self.single:
             texts, values = (force_text, length_text), (float(self.tension[0]), float(self.sag[0]))
             numbers = zip(("preload", "sag"), texts, values, self.stated, strict=True)

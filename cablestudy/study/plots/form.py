@@ -218,8 +218,8 @@ class _Picture:
         axes.set_title(f"Vertical distance from the chord, {window.note()}", loc="left", color=style.GREY)
 
     def _aside(self, drawing):
-        """Distances from the ends of each cable of a drawing out of the plane, shape (c, j). [m]"""
-        return (drawing.cables - drawing.ends[:, :1]) @ np.cross(self.plane.axes[:, 1], self.plane.axes[:, 0])
+        """Distances from the chord of each cable of a drawing out of the plane, shape (c, j). [m]"""
+        return drawing.from_chord @ np.cross(self.plane.axes[:, 1], self.plane.axes[:, 0])
 
     def _draw_along_span(self, figure, cell):
         """Draw the cables as seen along the span, from their chords: each is a line at its angle of swing."""
@@ -261,14 +261,15 @@ def _looks(drawings, unnamed):
     ScalarMappable and its label. Of several load cases, each has one colour for all its cables. If `unnamed`, a single
     load case of one cable is labelled by its name alone, without sag or distance of a load.
     """
+    largest = max(abs(drawing.measure) for drawing in drawings)
     if len(drawings) > 1:
         pairs = zip(cycle(style.DASHES), cycle(style.SERIES), strict=False)
-        looks = [{"dashes": dashes, "colours": colour, "own": colour, "label": drawing.label,
+        looks = [{"dashes": dashes, "colours": colour, "own": colour, "label": drawing.label(largest),
                   "lost": f"lost in {drawing.name}"}
                  for drawing, (dashes, colour) in zip(drawings, pairs, strict=False)]  # fmt: skip
         return looks, None
     (drawing,) = drawings
-    label = (drawing.name if unnamed else drawing.label) if drawing.single else ""
+    label = (drawing.name if unnamed else drawing.label(largest)) if drawing.single else ""
     colours, scale = style.BLUE, None
     if not drawing.equally_tense:
         unit, factor = force_unit(drawing.tension.max())

@@ -147,6 +147,8 @@ def coupled_mode_shapes(case, modes, listed=None, share=None):
     if plane is not None and np.ptp(plane(drawing.positions)[:, 0]) < FLAT * drawing.size:
         plane = None
     shown = [_drawing_of_coupled_mode(case, modes, drawing, plane, number) for number in range(min(listed, MOST_MODES))]
+    if len({mode.upwards for mode in shown}) > 1:  # the axis names both: each panel says which of them it shows
+        shown = [replace(mode, words=f"{mode.words}, {mode.upwards}") for mode in shown]
     if plane is not None and shown:
         at_rest = style.Window(*plane(drawing.positions).T, _ratio(shown))
         shown, peak = _alike_in_both_directions(shown, drawing, at_rest.factor)

@@ -20,7 +20,7 @@ from matplotlib.text import Text
 from matplotlib.textpath import text_to_path
 from matplotlib.ticker import FixedLocator, Formatter, FuncFormatter, LogLocator, MaxNLocator, NullLocator
 
-from cablestudy.study.plots.words import number, power_text
+from cablestudy.study.plots.words import case_words, number, power_text
 from cablestudy.study.table import write_whole
 
 BLUE, RED, GREEN, ORANGE, PINK, SKY = "#0072B2", "#D55E00", "#009E73", "#E69F00", "#CC79A7", "#56B4E9"  # Okabe and Ito
@@ -356,6 +356,15 @@ def heading(figure, text):
     """Write the title of a figure, at its left, in lines that fit; none for an empty text."""
     if text:
         figure.suptitle(wrapped(text, figure.get_figwidth() - 0.2, 10), x=0.01, ha="left", fontsize=10)
+
+
+@styled
+def name_case(figure, case):
+    """A figure whose title begins with the name of its load case."""
+    title, words = (" ".join(text.split()) for text in (figure.get_suptitle(), case_words(case)))
+    if not title.startswith(words):
+        heading(figure, f"{words} {title[:1].lower()}{title[1:]}")
+    return figure
 
 
 def bold(text):

@@ -69,9 +69,10 @@ def quantity_text(value, unit=""):
     return f"{number(value)} {unit_text(unit)}".rstrip()
 
 
-def length_text(length):
-    """A length [m] with its unit."""
-    return quantity_text(1e3 * length, "mm") if 0 < abs(length) < SMALL_LENGTH else quantity_text(length, "m")
+def length_text(length, largest=None):
+    """A length [m] with its unit, in that of the largest of several if that is given."""
+    is_small = 0 < abs(length if largest is None else largest) < SMALL_LENGTH
+    return quantity_text(1e3 * length, "mm") if is_small else quantity_text(length, "m")
 
 
 def force_unit(largest):
@@ -79,9 +80,9 @@ def force_unit(largest):
     return ("kN", 1e-3) if largest >= KILO_FORCE else ("N", 1.0)
 
 
-def force_text(force):
-    """A force [N] with its unit."""
-    unit, factor = force_unit(abs(force))
+def force_text(force, largest=None):
+    """A force [N] with its unit, in that of the largest of several if that is given."""
+    unit, factor = force_unit(abs(force if largest is None else largest))
     return quantity_text(factor * force, unit)
 
 
@@ -90,6 +91,11 @@ def shortened(text, most=LONGEST):
     if len(text) <= most:
         return text
     return f"{text[: most - most // 3 - 1].rstrip()}…{text[-(most // 3) :].lstrip()}"
+
+
+def case_words(case):
+    """Words that begin the title of a picture of a load case."""
+    return f"Load case {shortened(case)}: "
 
 
 def column_words(name):
