@@ -99,7 +99,10 @@ def test_a_report_begins_with_the_limits():
     assert page.index(">Limits</h2>") < page.index(">Scene</h2>")
     assert page.index("least margin of the limits, reference") < page.index("largest tension")
     assert '<td class="word">not met</td>' in page
+    assert '<td class="word">ok</td>' in page
     assert done.lines[0] == "not met: a (reference): sag <= 1 m"
+    run("report", "short.yaml", "--set", "limits.a=sag <= 99 m")  # where all hold too
+    assert Path("short.html").read_text(encoding="utf-8").count('<td class="word">ok</td>') == 2
 
 
 def test_a_strict_limit_does_not_hold_at_its_number():

@@ -72,7 +72,7 @@ def assert_rounded(page):
     ("scene", "captions", "pictures"),
     [
         (ZIPLINE, ("Statics", "The lowest modes"), 2),
-        (GUY, ("Statics", "Statics in each load case", "Load cases"), 3),
+        (GUY, ("Statics, reference state", "Statics in each load case", "Load cases"), 3),
         (TRIFILAR, ("Connections", "Cables", "The lowest modes"), 2),
     ],
 )
@@ -146,7 +146,7 @@ def test_point_loads_have_a_table_and_one_of_the_load_cases(folder):
     write(folder / "riders.yaml", text)
     page, _ = report(folder, "riders.yaml")
     ending = "; slope and tension on the sides of end 1 and end 2"
-    alone = page.quantities(f"Point loads{ending}")
+    alone = page.quantities(f"Point loads, reference state{ending}")
     assert alone["quantity"] == ["load1", "unit"]
     shown = page.quantities(f"Point loads in the load cases{ending}")
     assert shown["quantity"] == ["as-it-is", "two", "two", "unit"]
@@ -218,11 +218,11 @@ def test_two_pages_differ_in_the_date_and_the_duration_only(folder):
 
 def test_tables_of_a_scene_have_the_columns_that_are_asked_for(folder):
     page, _ = report(folder, GUY, "--columns", "utilisation,sag_m,frequency")
-    assert [row[0] for row in page.tables["Statics"]] == ["quantity", "utilisation", "sag"]
-    assert page.tables["The lowest modes"][0] == ["row", "frequency [Hz]"]
+    assert [row[0] for row in page.tables["Statics, reference state"]] == ["quantity", "utilisation", "sag"]
+    assert page.tables["The lowest modes, reference state"][0] == ["row", "frequency [Hz]"]
     page, _ = report(folder, str(CONFIGS / "suspensions" / "mast-guys.yaml"), "--columns", "max_tension",
                      "--set", "cases={calm: {}, push: {forces: {top: [1 kN, 0, 0]}}}")  # fmt: skip
-    assert page.tables["Cables"][0][:2] == ["name", "max tension [N]"]
+    assert page.tables["Cables, reference state"][0][:2] == ["name", "max tension [N]"]
     head, *_ = page.tables["Max tension of each cable [N]"]
     assert [cell for cell in head if cell != "estimated error"] == ["cable", "calm", "push"]
     assert not {"Free points: places, global axes", "Sag of each cable [m]"} & page.tables.keys()

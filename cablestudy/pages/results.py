@@ -133,7 +133,12 @@ def limits(page, scene):
     """Append each limit where its margin is least, to a page that is headed by the least margin."""
     answer = scene.compute("limits")
     _add_messages(page, "limits", answer)
-    page.table(answer.table, "Limits, each where its margin is least; margins relative to the limit")
+    # what must hold says the limit; that it does is a result, shown where all do, unlike the status of other tables
+    shown = [field for field in answer.table.fields if field.name != "limit"]
+    fields = tuple(replace(field, name="holds") if field.name == "status" else field for field in shown)
+    rows = [{**row, "holds": row.get("status")} for row in answer.table.rows]
+    table = replace(answer.table, fields=fields, rows=rows)
+    page.table(table, "Limits, each where its margin is least; margins relative to the limit")
     page.key_figure(answer.table, "margin", "least margin of the limits", min)
 
 
@@ -175,8 +180,10 @@ def _add_messages(page, command, answer):
 
 
 def _of_case(scene):
-    """End of a caption that names the load case chosen; empty without one."""
-    return "" if scene.model.case is None else f", load case {scene.model.case}"
+    """End of a caption that names the load case chosen, or the reference state; empty for a scene without any."""
+    if scene.model.case is None:
+        return ", reference state" if scene.model.cases else ""
+    return f", load case {scene.model.case}"
 
 
 def _add_load_cases(page, scene):
