@@ -433,6 +433,18 @@ def test_two_varied_numbers_are_a_heat_map_of_the_third(tmp_path):
     np.testing.assert_allclose(mesh.get_coordinates()[:, 0, 1], [250, 750, 1250])
     assert {float(text.get_text()) for text in axes.texts} == {float(f"{sag:.3g}") for sag in sags}
     assert bar.get_ylabel() == "sag [m]"
+    assert figure.legends == []  # every cell has an answer
+
+
+def test_cells_of_a_heat_map_without_an_answer_are_named(tmp_path):
+    """No cable has less mean tension than its own weight gives it."""
+    text = "vary: [{cable.diameter: [2 mm, 40 mm]}, {cable.preload: [250 N, 500 N]}]\ncolumns: [stress]\n"
+    table, figure = drawn_study(tmp_path, f"{text}plot: {{x: cable.diameter, y: cable.preload, color: stress}}\n")
+    assert [row["stress_MPa"] is None for row in table.rows] == [False, False, True, True]
+    assert faults(figure) == []
+    assert [entry.get_text() for entry in figure.legends[0].get_texts()] == ["no answer"]
+    np.testing.assert_allclose(figure.axes[0].collections[0].get_coordinates()[0, :, 0], [-17, 21, 59])
+    assert {text.get_text() for text in figure.axes[0].texts} == {"79.6", "159"}  # force / (pi / 4 (2 mm)^2) [MPa]
 
 
 def test_numbers_that_do_not_fit_into_the_cells_of_a_heat_map_are_lines_of_equal_values(tmp_path):

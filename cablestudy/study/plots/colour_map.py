@@ -7,7 +7,7 @@ from matplotlib.ticker import LogLocator, MaxNLocator
 import cablestudy.study.plots.style as style
 from cablestudy.study.plots.quantity import quantity_named
 from cablestudy.study.plots.series import series_of
-from cablestudy.study.plots.words import number, panels_left_out, shortened
+from cablestudy.study.plots.words import number, panels_left_out, shortened, with_minus
 
 MOST_PANELS = 6  # in one picture
 MOST_CELLS_PER_ROW = 4  # cells of a grid over rows, above which the rows are drawn as points instead
@@ -15,7 +15,8 @@ NUMBERED_CELLS = 9  # along a side, up to which each cell has its number, if all
 NUMBER_SIZE = 7.5  # of the numbers
 OWN_TICKS, TICK_ROOM = 6, 0.45  # up to so many varied values are ticks of a logarithmic axis; room of their labels [in]
 CONTOURED_CELLS, CONTOURS = 4, 7  # least cells along a side with lines of equal values; how many of these, about
-EMPTY_CELL = "#f0f0f0"  # cells without a value
+EMPTY_CELL, EMPTY_EDGE, EMPTY_POINT = "#f0f0f0", "#b0b0b0", "#888888"  # what has no value
+NO_ANSWER = "no answer"  # its name in the legend
 
 
 def colour_map(study, every, rows):
@@ -37,12 +38,14 @@ def colour_map(study, every, rows):
     figure = style.new_figure(-(-count // side) * (4.4 if alone else 3.0) + 0.6, title)
     grid = style.panels(figure, count, side)
     for axes, (y, series) in zip(grid, drawn, strict=False):
-        _panel(axes, (x, y, colour), series.rows, mappable, plot, (style.WIDTH - 2.0) / side)
+        _panel(axes, (x, y, colour), every, series.rows, mappable, plot, (style.WIDTH - 2.0) / side)
         axes.set_ylabel(style.wrapped(y.label, 2.6, 9))
         room = (0.8 if alone else 0.38) * style.WIDTH
         axes.set_title(style.wrapped(series.label, room, 8.5), loc="left", fontsize=8.5)
     for axes in grid[-side:]:
         axes.set_xlabel(style.wrapped(x.label, 0.7 * style.WIDTH / side, 9))
+    entries = {label: (artist, label) for axes in grid for artist, label in style.entries_of(axes)}
+    style.legend_below(figure, list(entries.values()))
     names = [shortened(name, 24) for name in colour.names]
     style.colour_bar(figure, grid, mappable, colour.label, range(len(names)), names, aspect=30)
     return figure
@@ -55,24 +58,30 @@ def _colours(colour, rows):
     return style.colours_over([value for row in rows if (value := colour.value(row)) is not None] or [0.0])
 
 
-def _panel(axes, quantities, rows, mappable, plot, room):
-    """Draw the rows of one series in a panel, about `room` inches wide."""
+def _panel(axes, quantities, every, rows, mappable, plot, room):
+    """Draw the rows of one series with an answer in a panel, about `room` inches wide; `every` row has x and y."""
     points = [tuple(quantity.value(row) for quantity in quantities) for row in rows]
     points = [point for point in points if None not in point[:2]]
     x, y, c = (np.array([point[k] for point in points], dtype=float) for k in range(3))
-    x_values, y_values = np.unique(x), np.unique(y)
+    sides = [np.unique(x), np.unique(y)]
     gridded = all(quantity.key for quantity in quantities[:2]) and len({*zip(x, y, strict=True)}) == len(x)
-    gridded = gridded and 1 < len(x_values) * len(y_values) <= MOST_CELLS_PER_ROW * len(x)
+    gridded = gridded and 1 < len(sides[0]) * len(sides[1]) <= MOST_CELLS_PER_ROW * len(x)
+    if gridded:  # with values for which no row has an answer, where they are not those of other series
+        whole = [np.unique([value for row in every if (value := quantity.value(row)) is not None])
+                 for quantity in quantities[:2]]  # fmt: skip
+        sides = whole if len(whole[0]) * len(whole[1]) <= MOST_CELLS_PER_ROW * len(x) else sides
+    x_values, y_values = sides
     _axis(axes, "x", quantities[0], x_values, plot.logx, room)
     _axis(axes, "y", quantities[1], y_values, plot.logy, room)
     if gridded:
         contoured = all(quantity.categories is None for quantity in quantities)
-        _heat(axes, (x_values, y_values), (x, y, c), mappable, contoured)
+        _heat(axes, sides, (x, y, c), mappable, contoured)
         return
     answered = np.isfinite(c)
     look = {"s": 22, "lw": 0.4, "ec": "white", "rasterized": len(x) > style.MANY_POINTS}
     axes.scatter(x[answered], y[answered], c=mappable.to_rgba(c[answered]), **look)
-    axes.plot(x[~answered], y[~answered], "x", color="#888888", ms=4)
+    if not answered.all():
+        axes.plot(x[~answered], y[~answered], "x", color=EMPTY_POINT, ms=4, label=NO_ANSWER)
 
 
 def _axis(axes, which, quantity, values, logarithmic, room):
@@ -105,8 +114,10 @@ def _heat(axes, sides, points, mappable, contoured):
     look = {"norm": mappable.norm, "cmap": mappable.cmap, "rasterized": cells.size > style.MANY_POINTS}
     axes.pcolormesh(*edges, np.ma.masked_invalid(cells), **look)
     axes.set(xlim=edges[0][[0, -1]], ylim=edges[1][[0, -1]])
+    if np.isnan(cells).any():
+        axes.plot([], [], "s", color=EMPTY_CELL, mec=EMPTY_EDGE, ms=8, label=NO_ANSWER)
     written = np.argwhere(np.isfinite(cells)) if max(cells.shape) <= NUMBERED_CELLS else ()
-    numbers = {(row, column): number(float(f"{cells[row, column]:.3g}")) for row, column in written}
+    numbers = {(row, column): _three_digits(cells[row, column]) for row, column in written}
     if numbers and _fit(numbers, edges[0], axes):
         for (row, column), text in numbers.items():
             dark = np.dot(mappable.to_rgba(cells[row, column])[:3], (0.3, 0.6, 0.1)) < 0.5
@@ -114,6 +125,12 @@ def _heat(axes, sides, points, mappable, contoured):
             axes.text(x_values[column], y_values[row], text, **look)
     elif contoured and min(cells.shape) >= CONTOURED_CELLS:
         _contours(axes, sides, np.ma.masked_invalid(cells), mappable)
+
+
+def _three_digits(value):
+    """A number of three significant digits as text, with its zeros at the end: `0.510` beside `0.511`."""
+    rounded = float(f"{value:.3g}")
+    return with_minus(f"{rounded:#.3g}".rstrip(".")) if 1e-3 <= abs(rounded) < 1e3 else number(rounded)
 
 
 def _fit(numbers, edges, axes):
