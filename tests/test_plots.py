@@ -492,6 +492,19 @@ def test_a_fine_heat_map_has_lines_of_equal_values(tmp_path):
     assert {text.get_text() for text in axes.texts} <= {f"{level:.3g}" for level in lines.levels}
 
 
+@pytest.mark.parametrize(
+    ("preloads", "ticks"),
+    [("[1 kN, 3 kN, 9 kN]", [1, 3, 9]), ("{from: 1 kN, to: 8.1 kN, count: 4, spacing: log}", [0.5, 1, 2, 5, 10])],
+)
+def test_round_values_along_a_logarithmic_axis_are_its_ticks(tmp_path, preloads, ticks):
+    text = f"vary: [{{cable.preload: {preloads}}}]\ncolumns: [sag]\nplot: {{x: cable.preload, y: sag, logx: true}}\n"
+    _, figure = drawn_study(tmp_path, text)
+    low, high = figure.axes[0].get_xlim()
+    assert [float(f"{tick:.3g}") for tick in figure.axes[0].get_xticks() if low < tick < high] == [
+        tick for tick in ticks if low < tick < high
+    ]
+
+
 def test_samples_are_coloured_points(tmp_path):
     sample = "sample: {method: sobol, count: 8, over: {gondola.mass: {from: 10 kg, to: 20 kg}}}\n"
     text = f"{sample}columns: [gondola_frequency_static]\nplot: {{x: gondola_frequency_static, y: gondola.mass, %s}}\n"

@@ -59,6 +59,7 @@ WIDTH = 7.5  # of a picture [in]
 MOST_NAMES = 30  # along an axis
 MANY_POINTS = 3000  # cells or points above which a vector file has them as an image, which is far smaller
 UPRIGHT_NAMES = 2.8  # names per inch from which they stand upright
+TICK_DIGITS, EQUAL_TICKS = 2, 1e-9  # of values that may be ticks themselves, and relative rounding of these
 TALLEST_PANEL = 0.75  # height over width of the tallest panel
 SHADES = ListedColormap(colormaps["viridis"](np.linspace(0.0, 0.88, 256)), "shades")  # of numbers
 RATIO_OF_LOGARITHMIC = 9.9  # ratio from which values that are spaced by ratios are drawn so
@@ -264,11 +265,14 @@ def log_ticks(axis, low, high, count=8, own=()):
 
 
 def own_ticks(values, most, apart):
-    """The ticks of a logarithmic axis that are its ascending values themselves, if these are few and not too close.
+    """The ticks of a logarithmic axis that are its ascending values themselves, if these are few, round and not close.
 
-    At most `most` values; neighbours have a ratio of at least 10^apart.
+    At most `most` values, of `TICK_DIGITS` digits; neighbours have a ratio of at least 10^apart.
     """
-    return values if 1 < len(values) <= most and np.diff(np.log10(values)).min() >= apart else []
+    if not 1 < len(values) <= most or np.diff(np.log10(values)).min() < apart:
+        return []
+    rounded = [float(f"{value:.{TICK_DIGITS}g}") for value in values]
+    return values if np.allclose(values, rounded, rtol=EQUAL_TICKS, atol=0.0) else []
 
 
 def colours_over(values, logarithmic=None):
