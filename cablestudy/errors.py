@@ -23,9 +23,15 @@ LONGEST = {"where": 300, "key": 100, "message": 600}  # characters of each part 
 
 
 def shorten(text: str, limit: int) -> str:
-    """Text of at most `limit` characters: the middle of a longer one is replaced by `...`."""
+    """Text of at most `limit` characters: the middle of a longer one, from word to word, is replaced by `...`."""
+    if len(text) <= limit:
+        return text
     half = (limit - 3) // 2
-    return text if len(text) <= limit else f"{text[: limit - 3 - half]}...{text[-half:]}"
+    begin, end = text[: limit - 3 - half], text[-half:]
+    words_before, words_after = begin.rpartition(" "), end.partition(" ")
+    if len(words_before[2]) < half // 4 and len(words_after[0]) < half // 4:
+        begin, end = words_before[0] + " ", " " + words_after[2]
+    return f"{begin}...{end}"
 
 
 def printable(text: str) -> str:

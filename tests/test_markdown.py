@@ -171,6 +171,12 @@ def test_columns_of_markdown_and_of_one_row():
     assert cells(lines[0]) == ["cable.unstretched_length [m]", "printed [m]", "status"]
 
 
+def test_columns_without_a_value_stand_there_where_no_other_has_one():
+    unstable = "--set", "winch.controller.gain=8000"
+    lines = run("windrms", CARLINA, *unstable, "--columns", "gondola_rms", "--quiet", code=3).out.splitlines()
+    assert [cells(line) for line in lines[2:]] == [["gondola rms", "", "mm"]]
+
+
 def test_every_table_takes_them(folder):
     study_file(folder, "vary: [{gondola.mass: [5 kg, 6 kg, 7 kg]}]\ncolumns: [mass]\n")
     for command in (

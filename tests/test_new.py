@@ -72,6 +72,11 @@ def test_the_weight_of_the_camera_hangs_on_its_four_cables():
     assert min(row["preload_N"] for row in cables) >= 20
 
 
+def test_the_help_lists_all_kinds():
+    *most, last = NEXT
+    assert f"KIND is {', '.join(most)} or {last}." in " ".join(run("new", "--help").out.split())
+
+
 def test_nothing_is_overwritten(folder):
     run("new", "guy", "mine.yaml")
     write(folder / "mine.yaml", "mine")
@@ -86,7 +91,7 @@ def test_nothing_is_overwritten(folder):
         (["guy", "."], ".: is there already; give another name"),
         (["guy", ""], "cablestudy new: give the name of a file"),
         (["bridge"], "'bridge' is not one of"),
-        ([], "Missing argument"),
+        ([], f"Missing argument 'KIND'. Choose from: {', '.join(NEXT)}"),
     ],
 )
 def test_wrong_words(words, message, folder):

@@ -85,6 +85,7 @@ def test_any_number_survives_text_and_units(number):
         ("2 lbf/ft", "kg/m", "(stiffness; did you mean lb/ft?)"),
         ("2 lbf", "kg", "(force; did you mean lb?)"),
         ("2 lb", "m", "(mass)"),
+        ("4 kn", "N", "(speed; did you mean kN?)"),
     ],
 )
 def test_pounds_of_the_other_kind_are_told(text, unit, hint):

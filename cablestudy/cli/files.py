@@ -91,11 +91,13 @@ def materials(files, style):
 
 
 @plain_command
-@click.argument("kind", type=click.Choice(list(NEXT)))
+@click.argument("kind", metavar="KIND", type=click.Choice(list(NEXT)))
 @click.argument("file", required=False, metavar="[FILE]", type=PATH)
 @QUIET
 def new(kind, file, quiet):
     """Write a commented scene, or a study upon the guy, as FILE (default: KIND.yaml; - for standard output).
+
+    KIND is guy, line, section, zipline, footbridge, gondola, suspension or study.
 
     A file that is there already is not overwritten.
     """

@@ -220,7 +220,7 @@ def _factor(name, unit):
     ratio, dimension = _root(name, expected)
     if dimension != expected:
         is_degree = unit == "K" and name in _SCALES
-        meant = f"deg{name}" if is_degree else _of_force_or_mass(name, expected)
+        meant = f"deg{name}" if is_degree else _of_force_or_mass(name, expected) or _in_other_letters(name, expected)
         noun = "" if is_degree else _dimension_name(dimension)
         raise _NotAQuantityError(f" ({'; '.join(filter(None, (noun, meant and f'did you mean {meant}?')))})")
     return ratio / scale
@@ -264,6 +264,12 @@ def _of_force_or_mass(name, expected):
             if swapped != name and _root(swapped)[1] == expected:
                 return swapped
     return ""
+
+
+def _in_other_letters(name, expected):
+    """A unit that differs in capital letters alone, as kN from kn, and has the expected base units; or ""."""
+    alike = (unit for unit in _KNOWN if unit.lower() == name.lower() and unit != name)
+    return next((unit for unit in alike if _root(unit)[1] == expected), "")
 
 
 def common_factor(name, other):

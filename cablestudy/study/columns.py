@@ -112,6 +112,8 @@ def _suggestion(path, quantity):
         return suggestion(name, [*families, *(column.name for column in _columns_of_path(path))])
     if "safety" in name:
         return "did you mean utilisation? it is 1 over the safety factor"
+    if of_part := _named(f"NAME.{name}", _columns_of_path("NAME")):
+        return f"a part of a suspension has it: {of_part.name}, with the name of a body, point or cable"
     names = [column.name for column in (*COLUMNS, *FAMILIES, *OF_SUSPENSIONS)]
     spellings = name, re.sub(r"\d+", "K", name), name.lower()
     similar = next(filter(None, (get_close_matches(spelling, names, 1) for spelling in spellings)), None)

@@ -131,12 +131,12 @@ def _rows(fields, rows, left_out, digits):
 
 
 def _side_by_side(fields, rows, names, digits, heads=None):
-    """One line for each quantity that has a value, and one column for each row.
+    """One line for each quantity that has a value, for each of them where none has one, and one column for each row.
 
     `names` is the field of their heads, or empty; then heads that are not given are `row 1`, `row 2`, ...
     """
     others = [field for field in fields if field.name != names]
-    with_value = [field for field in others if any(row.get(field.name) is not None for row in rows)]
+    with_value = [field for field in others if any(row.get(field.name) is not None for row in rows)] or others
     columns = zip(with_value, zip(*_cells(with_value, rows, digits), strict=True), strict=True)
     heads = heads or [str(row[names]) if names else f"row {number}" for number, row in enumerate(rows, 1)]
     return TextGrid(
