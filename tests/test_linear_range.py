@@ -1,5 +1,7 @@
 """How far motion is linear, and what is told where it goes beyond: closed forms, statics at moved ends, commands."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from command import CARLINA, run, study_file
@@ -16,6 +18,7 @@ from test_suspension_wind import hung
 
 from cablestudy.cable.linear_range import linear_range
 from cablestudy.cable.span import Span
+from cablestudy.motion import peaks
 from cablestudy.study.table_rows import has_answer, status_of
 
 
@@ -267,3 +270,17 @@ def test_a_cable_with_fixed_ends_goes_slack_in_a_storm():
         slack = min(row.values["tension_1"], row.values["tension_2"]) < drop
         assert row.status == ("a cable goes slack in the wind" if slack else "ok")
         assert slack == (speed == 60), (drop, row)
+
+
+def test_the_error_of_a_probability_near_one_counts_that_it_may_be_smaller(monkeypatch):
+    """An RMS known to 2 % and a rate known to a tenth, by the formula for both bounds."""
+    monkeypatch.setattr(peaks, "_rms_and_crossings", lambda *_: (1.0, 0.02, 0.2, 0.1))
+    analysis = SimpleNamespace(scene=SimpleNamespace(wind=SimpleNamespace(duration=50.0)))
+    found, error = peaks.probability_of_change(analysis, ["x"], 0.5)
+    likely, most, least = (
+        float(probability_of_a_level(0.5 * level, 10.0 * rate))
+        for level, rate in ((1, 1), (0.98, 1.1), (1.02, 1 / 1.1))
+    )
+    assert found == pytest.approx(likely, rel=1e-12)
+    assert error == pytest.approx((likely - least) / likely, rel=1e-9)
+    assert likely - least > 1.5 * (most - likely) > 0

@@ -74,9 +74,11 @@ def probability_of_change(analysis, names, distance, crossings=0.0, distance_err
         return float(distance <= 0), error
     level, duration = distance / rms, analysis.scene.wind.duration
     probability = probability_beyond(level, rate, duration)
-    lower_level = level - abs(level) * (error + distance_error) if np.isfinite(level) else level
-    largest = probability_beyond(lower_level, rate * (1 + rate_error), duration)
-    return probability, (largest - probability) / probability if probability else float(largest > 0)
+    change = abs(level) * (error + distance_error) if np.isfinite(level) else 0.0
+    largest = probability_beyond(level - change, rate * (1 + rate_error), duration)
+    least = probability_beyond(level + change, rate / (1 + rate_error), duration)
+    error = max(largest - probability, probability - least)  # near one it may hardly be larger
+    return probability, error / probability if probability else float(largest > 0)
 
 
 @dataclass(frozen=True)
