@@ -16,7 +16,7 @@ from cablestudy.scene.scene import load_scene
 from cablestudy.study import plots
 from cablestudy.study.columns import find
 from cablestudy.study.one_cable.case import CableCase
-from cablestudy.study.one_cable.system import winds_on
+from cablestudy.study.one_cable.system import analyses_of_winds
 
 TEXT = """
 cable:
@@ -83,7 +83,7 @@ def spectra_of(case, frequency, direction):
 
 def wind_of(case, direction):
     """The `DynamicAnalysis` across or along the plane of the cable of a case."""
-    return case.in_cable_wind.sides[("across", "along").index(direction)]
+    return case.in_cable_wind.analyses[("across", "along").index(direction)]
 
 
 @pytest.mark.crossed
@@ -211,12 +211,12 @@ def test_windrms_of_a_bare_cable(bare):
 
 def test_the_picture_shows_mid_span_in_the_worse_wind(bare):
     case = CableCase(loaded(bare, SAGGING))
-    figure = plots.wind_response(winds_on(case, "cable"), on="the cable")
+    figure = plots.wind_response(analyses_of_winds(case, "cable"), on="the cable")
     speed, spectra, below, above, side = figure.axes
     legend = [text.get_text() for text in spectra.get_legend().get_texts()]
     assert legend == ["along the chord", "in the cable's plane", "across it"]
     names = [f"cable.midspan.{axis}" for axis in "xyz"]
-    total = case.in_cable_wind.sides[0].rms(names, "value", open_loop=True)[0]
+    total = case.in_cable_wind.analyses[0].rms(names, "value", open_loop=True)[0]
     told = below.get_legend().get_texts()[0].get_text().split(": ")[1].split()[0]
     assert float(told) == pytest.approx(1e3 * total, rel=1e-3)
     (ellipse,) = (line for line in above.lines if len(line.get_xdata()) > 9)

@@ -247,7 +247,7 @@ def test_modes_end_where_the_quadrature_makes_most_of_the_error(monkeypatch):
     monkeypatch.setattr(WindTolerances, "fine_coherence", (*WindTolerances.fine_coherence[:2], 1e-3))
     sets = "gondola=null", "winch=null", "cable.damping={model: kelvin_voigt, time: 1 ms}"
     row = evaluate(with_accuracy(scene(*sets), 1e-6), [find("midspan_rms"), find("tension_rms")])
-    for side in row.case.in_cable_wind.sides:
+    for side in row.case.in_cable_wind.analyses:
         assert len(side.closed_loop.modes) == side.sizes.tried[0] < side.sizes.tried[-1]
         assert "finer" not in vars(side)
 

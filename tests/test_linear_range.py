@@ -181,7 +181,7 @@ def test_the_probability_that_a_cable_with_fixed_ends_goes_slack(speed):
         horizontal, vertical = catenary_mp.solve(x, z, length, stiffness, weight)
         ends = [float(mp.sqrt(horizontal**2 + part**2)) for part in (vertical, weight * length - vertical)]
     probabilities = []
-    for wind in case.in_cable_wind.sides:
+    for wind in case.in_cable_wind.analyses:
         for mean, end in zip(ends, ("cable.tension_from", "cable.tension_to"), strict=True):
             rms, rate = (wind.rms([end], kind, open_loop=True)[0] for kind in ("value", "rate"))
             crossings = rate / (2 * np.pi * rms) * case.scene.wind.duration

@@ -138,7 +138,7 @@ def test_covariances_of_loads_are_those_of_their_sums():
 def test_covariances_between_known_ones_are_within_the_stated_error():
     """Of the gusts on the modes, by frequencies at which they are computed directly."""
     case = case_of(INCLINED)
-    gusts = case.in_cable_wind.sides[0].closed_loop.gusts
+    gusts = case.in_cable_wind.analyses[0].closed_loop.gusts
     frequency = np.geomspace(1e-4, 20, 43)
     direct = gusts._computed_covariance(gusts.coherence.kappa(frequency))
     weights = np.random.default_rng(3).normal(size=direct.shape[1])
@@ -146,7 +146,7 @@ def test_covariances_between_known_ones_are_within_the_stated_error():
     speed = speed_spectrum(frequency, wind.speed, 1.0, wind.length_scale, wind.spectrum)
     found = gusts.input_spectra(frequency, columns)[:, 0]
     assert found == pytest.approx(speed * (weights @ direct @ weights), rel=gusts.error)
-    assert case_of(INCLINED, SMOOTH).in_cable_wind.sides[0].closed_loop.gusts.error == 0
+    assert case_of(INCLINED, SMOOTH).in_cable_wind.analyses[0].closed_loop.gusts.error == 0
 
 
 def test_coherence_length():
@@ -187,7 +187,7 @@ def test_wind_across_and_along_bound_any_other_on_a_straight_cable():
     for angle, digits in ((0, 1e-12), (20, 1e-3), (45, 1e-3), (70, 1e-3), (90, 1e-12)):
         turned = np.radians(angle)
         direction = np.array([np.cos(turned), np.sin(turned), 0.0])
-        found = spectrum_in(one_cable_system.in_wind_from(case, direction, f"{angle} deg"), frequency)
+        found = spectrum_in(one_cable_system.analysis_in_wind(case, direction, f"{angle} deg"), frequency)
         assert found == pytest.approx(np.cos(turned) ** 2 * along + np.sin(turned) ** 2 * across, rel=digits)
 
 
@@ -219,7 +219,7 @@ SMOOTH = "wind.coherence_length=60 m"
 
 def spectrum_of(case, frequency, direction):
     """What `dense` gives, by the program."""
-    (found,) = (side for side in case.in_cable_wind.sides if side.airflow.side == direction)
+    (found,) = (side for side in case.in_cable_wind.analyses if side.airflow.direction_name == direction)
     return spectrum_in(found, frequency)
 
 
@@ -336,7 +336,7 @@ def test_what_the_wind_acts_on():
 @pytest.mark.parametrize("on", ["gondola", "cable", "both"])
 def test_a_picture_has_the_variance_that_is_printed(on, sets):
     case = CableCase(scene(*sets))
-    winds = (one_cable_system.winds_on(case, on, open_loop) for open_loop in (False, True))
+    winds = (one_cable_system.analyses_of_winds(case, on, open_loop) for open_loop in (False, True))
     _, gondola, share = plots.wind_response(*winds, on).axes
     curves = {line.get_label(): line.get_xydata().T for line in gondola.lines}
     part = {"gondola": "", "cable": "_cable_wind", "both": "_all_wind"}[on]

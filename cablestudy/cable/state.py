@@ -79,7 +79,7 @@ class State(SegmentedCable):
 
 
 def interpolate(state, positions):
-    """Displacement and tension at any positions along cables of elements, from the values at nodes and Gauss points.
+    """Interpolate displacement and tension at any positions along cables, from values at nodes and Gauss points.
 
     Parameters
     ----------
@@ -91,10 +91,10 @@ def interpolate(state, positions):
     Returns
     -------
     displacement : ndarray, shape (..., j, 3)
-        From the place on the straight chord to that on the cable, over the unstretched length, chord frame. [-]
+        From the straight chord to the cable, over the unstretched length, in the chord frame. [-]
     tension : ndarray, shape (..., j)
-        Size of the tension vector. By the weight it changes linearly along each element; its change by an `uneven` load
-        within the element is neglected. [N]
+        Size of the tension vector, which changes linearly along each element by its weight; the change by an `uneven`
+        load within the element is neglected. [N]
     """
     positions = np.broadcast_to(positions, (*np.shape(state.force), np.shape(positions)[-1]))
     element, local = state.mesh.located(positions)  # index of the element, and position in it from 0 to 1

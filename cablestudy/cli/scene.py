@@ -60,31 +60,46 @@ def compute(scene, case, command, style=None, **options):
 @click.option("--form-finding", "form", is_flag=True, help="Of a suspension: the form by force densities instead.")
 def static(scene, sets, case, shape, limits, name, locus, form, style, plot, explain, quiet):
     """Tension, sag, end stiffness and more of one scene; of a suspension bodies, points, cables and stiffness."""
-    command, options = "static", {"estimate": explain or style == "json"}
-    if case == ALL:
-        refuse_options(
-            {"--shape": shape, "--locus": locus, "--form-finding": form}, f"--case {ALL} has one row for each case"
-        )
+    given = {"--shape": shape, "--limits": limits, "--table": name, "--locus": locus, "--form-finding": form}
+    check_options_of_static(given | {"--case": case, "--plot": plot, "--explain": explain})
     if limits:
-        others = {"--case": case, "--shape": shape, "--table": name, "--locus": locus, "--form-finding": form}
-        refuse_options(others | {"--explain": explain}, "--limits has each limit in the load cases that the scene says")
         answer = read(scene, sets, None).compute("limits")
         code = finish(scene, answer, style, plot, quiet=quiet)
         return code or FAILED_CHECK * any(row["status"] != "ok" for row in answer.table.rows)
+    estimate = {"estimate": explain or style == "json"}
     if shape:
-        refuse_options({"--table": name, "--locus": locus, "--form-finding": form}, "--shape has the coordinates alone")
-        command = "shape"
+        command, options = "shape", estimate
     elif locus is not None:
-        refuse_options({"--table": name, "--form-finding": form, "--explain": explain}, "--locus has the path alone")
         command, options = "locus", {"load": locus}
     elif form:
-        refuse_options({"--plot": plot, "--explain": explain}, "--form-finding is no equilibrium of cables with weight")
         command, options = "form", {"table": name}
     elif name == LOADS:
-        command = "loads"
+        command, options = "loads", estimate
     else:
-        options["table"] = name
+        command, options = "static", estimate | {"table": name}
     return finish(scene, compute(read(scene, sets, case), case, command, style, **options), style, plot, explain, quiet)
+
+
+def check_options_of_static(given):
+    """Refuse options of the command `static` that have no effect beside others: SceneError.
+
+    `given` is a dict of the name of each option -> its value; None, or False, where it is not given.
+    """
+
+    def refuse(names, reason):
+        refuse_options({name: given[name] for name in names.split()}, reason)
+
+    if given["--case"] == ALL:
+        refuse("--shape --locus --form-finding", f"--case {ALL} has one row for each case")
+    if given["--limits"]:
+        others = "--case --shape --table --locus --form-finding --explain"
+        refuse(others, "--limits has each limit in the load cases that the scene says")
+    elif given["--shape"]:
+        refuse("--table --locus --form-finding", "--shape has the coordinates alone")
+    elif given["--locus"] is not None:
+        refuse("--table --form-finding --explain", "--locus has the path alone")
+    elif given["--form-finding"]:
+        refuse("--plot --explain", "--form-finding is no equilibrium of cables with weight")
 
 
 @scene_command

@@ -143,11 +143,19 @@ class TimeResponse:
         return replace(self, **{name: None if value is None else factor * value for name, value in values.items()})
 
     def after_delay(self, delay, time):
-        """Response whose winches rest until a delay [s] has passed, at its points of time, shape (m,). [s]
+        """`TimeResponse` in which the winches rest until the delay of the loop has passed, as they do exactly.
 
-        The displacement is then that without the loop. Both are exact, and so is the speed at the point of time at
-        which the delay has passed; approximants of the delay answer at once, with ripples. Only the speeds at once
-        after a jump of the input they have too early, not wrong.
+        A Padé approximant of the delay moves them from the beginning, with ripples. Until the delay has passed the
+        winches are set to rest here, and the displacement to that without the loop. The speeds of the winches after a
+        jump of the input (`speed_at_jump`) are right in size with the approximant, but come too early: they are moved
+        to the point of time at which the delay has passed.
+
+        Parameters
+        ----------
+        delay : float
+            [s]
+        time : ndarray, shape (m,)
+            Points of time of this response. [s]
         """
         if not delay:
             return self

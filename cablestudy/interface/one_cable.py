@@ -75,15 +75,15 @@ def _modes_with_gondola(scene, count, upto):
 
 def windrms(scene, on=None, estimate=False):
     """Motion of the gondola, or of a bare cable, in the wind: an `Answer`; see `Scene.windrms`."""
-    from cablestudy.study.one_cable.system import winds_on
+    from cablestudy.study.one_cable.system import analyses_of_winds
     from cablestudy.study.one_cable.wind_report import wind_table
 
     table, row, remarks = wind_table(scene.document, scene.model, on, estimate)
 
     def draw(case, plots):
         if scene.model.gondola is None:
-            return plots.wind_response(winds_on(case, "cable"), on="the cable")
-        winds = (winds_on(case, on or "gondola", open_loop) for open_loop in (False, True))
+            return plots.wind_response(analyses_of_winds(case, "cable"), on="the cable")
+        winds = (analyses_of_winds(case, on or "gondola", open_loop) for open_loop in (False, True))
         return plots.wind_response(*winds, WIND_ON[on or "gondola"])
 
     return _answer_of_row(scene, table, row, draw, remarks)

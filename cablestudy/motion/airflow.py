@@ -80,11 +80,11 @@ class Airflow:
 
     Attributes
     ----------
-    side : str
+    direction_name : str
         Name that differs for winds that damp a suspension alike and differ in their gusts.
     """
 
-    side = ""
+    direction_name = ""
 
     def __init__(self, scene, drag):
         self.scene, self.drag = scene, drag

@@ -282,16 +282,20 @@ class DrivenCables:
 
             n = w tau/pi
 
-        with the highest frequency w that is needed and the travel time tau from end to end: the larger n of waves that
-        move across the cable and along it. A NoSolutionError says that it exceeds `MOTION.resolved_waves` or that at
-        `resolved_to`.
+        with the highest frequency w that is needed and the travel time tau of a wave from end to end: the larger n of
+        transverse and longitudinal waves.
+
+        Raises
+        ------
+        NoSolutionError
+            n exceeds `MOTION.resolved_waves` and the half-waves of transverse waves at `resolved_to`.
         """
         base, highest, travel_time = self._base, self._highest_driven, self._effects.travel_time
         resolved_to = self.resolved_to
         resolved = max(highest.max(initial=0.0), resolved_to) <= self._highest_resolved
         if (resolved and base.models.complete) or self.fixed_elements:
             return base.models if base.models.complete else Models(base.models.cables, base.models.meshes, fixed=True)
-        # half-waves along each cable, across it (first row) and along it, at the highest frequency that is needed
+        # of transverse (first row) and longitudinal waves at the highest frequency that is needed, shape (2, c)
         half_waves = np.maximum(highest, [[resolved_to], [0.0]]) * travel_time / np.pi
         direction, cable = np.unravel_index(np.argmax(half_waves), half_waves.shape)
         largest = half_waves[direction, cable]

@@ -101,7 +101,8 @@ class DynamicAnalysis:
         """
         scene, (winches, control), shared = self.scene, self._numbers, self.plants_and_loops
         computed = max(count, computed)
-        model = count, computed, responses, winches, self.midspans, self.points, self.airflow and self.airflow.side
+        direction = self.airflow and self.airflow.direction_name
+        model = count, computed, responses, winches, self.midspans, self.points, direction
         plant, closed_loop = ("plant", *model), ("closed loop", *model, control)
         if plant not in shared:
             modes, loops = self._modes_of(computed).first(count), shared.setdefault(("loops", winches), {})

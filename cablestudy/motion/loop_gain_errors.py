@@ -140,21 +140,32 @@ class LoopGainErrors:
         return errors
 
     def of_single_limit(self, limit, gain, coordinate):
-        """Relative error of the factor of a `Limit` of one coordinate alone, not a number where not known. [-]
+        """Relative error of the factor by which the gain of one coordinate may grow while the others keep theirs.
+
+        The limit is located again in each perturbed loop gain (`by_models`, `by_drag`); the relative changes are added.
 
         Parameters
         ----------
         limit : Limit
-            Of the gain of this coordinate, the others closed; see `StableGains.single_limits`.
+            Of this coordinate, as in `StableGains.single_limits`: its `factor` multiplies the gain.
         gain : float
             Gain of all coordinates. [rad/s]
         coordinate : int
+            Index of the measured coordinate.
+
+        Returns
+        -------
+        float
+            NaN where the error is not known: with stated elements (`model.elements`), where rounding spoils the
+            response of a cable, beyond the frequencies that the meshes resolve, or where a perturbed loop gain has no
+            such limit. [-]
         """
         driven = self._driven
         if driven.fixed_elements or driven.ill_conditioned or not 0 < limit.omega <= driven.resolved_to:
             return np.nan
-        changed = [gain_of_one(loop_gain.by_equations, gain, coordinate) for loop_gain in self.by_models + self.by_drag]
-        limits = [limit_near(loop_gain, limit) for loop_gain in changed]
+        perturbed = self.by_models + self.by_drag
+        of_coordinate = [gain_of_one(loop_gain.by_equations, gain, coordinate) for loop_gain in perturbed]
+        limits = [limit_near(loop_gain, limit) for loop_gain in of_coordinate]
         if None in limits:
             return np.nan
         change = sum(abs(other.factor / limit.factor - 1) for other in limits)

@@ -80,10 +80,13 @@ def _draw_table(page, study, table, plots):
 
 
 def _extremes(study, table, shown, fields):
-    """HTML table of the smallest and largest number of each column in the rows `shown`, and the cases of these.
+    """HTML table of the smallest and largest number of each column, and of the cases in which they occur: str.
 
     Left out are text, varied keys, hidden columns, differences from printed values (those of a publication), and
     columns in which all numbers are equal. Empty if no column is left.
+
+    `shown` is the `Table` of the rows that the page shows, `table` that of all rows of the study; `fields` are the
+    columns to take (sequence of Field).
     """
     frame, lines = table.rows.frame(), []
     if shown is not table:

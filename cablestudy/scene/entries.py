@@ -109,11 +109,26 @@ def entries_of(table, source, cases):
 
 
 def _read_entry(mapping, path, read_values, source, varied):
-    """Read one entry of `vary`, or what `sample` varies: the attributes of an `Entry`, and mistakes (path, message).
+    """Read one entry of `vary`, or the table `over` of `sample`.
 
-    `mapping` is the entry as written, such as {"cable.sag": ["1 m", "2 m"]}, at a path of the study file `source`;
-    `read_values` makes a sequence of values of a key and what is written for it, or raises ValueError. The keys of the
-    entry are added to `varied`, those of the entries before it.
+    Parameters
+    ----------
+    mapping : dict
+        The entry as written, such as {"cable.sag": ["1 m", "2 m"]}.
+    path : tuple
+        Keys and indices that lead to it in the study file.
+    read_values : callable
+        (key, value as written) -> sequence of the values of the key; raises ValueError where they are wrong.
+    source : Document or StudyFile
+        The study file as read, for the places of values.
+    varied : set of str
+        Keys of the entries before it; those of this entry are added.
+
+    Returns
+    -------
+    columns, alternatives
+        The attributes of an `Entry`.
+    mistakes : list of (path, message)
     """
     columns, alternatives, mistakes = [], {}, []
     for key, written in mapping.items():

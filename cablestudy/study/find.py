@@ -270,10 +270,24 @@ def find_table(goal, solutions, columns):
 
 
 def shown_columns(goal, document, names=None):
-    """Columns of the table of solutions: the column of the goal, then those that the user names; list of Column.
+    """Columns of the table of solutions of `find`: that of the goal, then those that the user names.
 
-    `names` are joined by commas; by default a few columns of the statics, such as the sag, without that of the key.
-    SceneError if a column is unknown, the scene cannot have it, or the goal does not fit the scene.
+    Parameters
+    ----------
+    goal : Goal
+    document : Document
+        The scene as read.
+    names : str, optional
+        Names of columns, separated by commas. Default: the usual columns of statics, without that of the key.
+
+    Returns
+    -------
+    list of Column
+
+    Raises
+    ------
+    SceneError
+        A column is unknown, the scene cannot have it, or the goal does not fit the scene.
     """
     _, scene = check_goal(goal, document)
     if names is None:

@@ -27,14 +27,28 @@ NAME = "search"  # of the threads of searches in step
 def evaluate_found(study, tables, columns, explain=False, estimate=False):
     """Compute the columns of a study that states a goal: in each case the key of the goal is solved for first.
 
-    Parameters but the study, and results, are those of `study_rows.evaluate_tables`; one of the columns may be the key.
-    The numbers of a case without exactly one solution are None, and its status is the reason.
+    Parameters
+    ----------
+    study : Study
+        With a goal (`find`): a column, its value, and the key that is solved for.
+    tables : list of CaseTable
+        The cases of the study.
+    columns : sequence of Column
+        One of them may be the key.
+    explain, estimate : bool
+        Whether to return notes, and to estimate errors in any case, see `study_rows.evaluate_tables`.
+
+    Returns
+    -------
+    dict
+        Number of a case of the study -> (numbers, status, errors, notes), as from `study_rows.evaluate_tables`. The
+        numbers of a case without exactly one solution are None, and its status is the reason.
     """
     goal = goal_of_study(study)
     others = [column for column in columns if column.needs != "find"]
     index_of_key = next((k for k, column in enumerate(columns) if column.needs == "find"), None)
     empty = [None] * sum(column.name != "status" for column in columns)
-    values, solved, rows = {}, [], {}  # a row: cells, status, errors, notes
+    key_values, solved, rows = {}, [], {}  # case -> value of the key; its table; (numbers, status, errors, notes)
     cases = [case for table in tables for case in table.cases.tolist()]
     for case, solution in zip(cases, _solutions(study, goal, tables, cases), strict=True):
         if isinstance(solution, SceneError):
@@ -42,13 +56,13 @@ def evaluate_found(study, tables, columns, explain=False, estimate=False):
         elif isinstance(solution, CablestudyError):
             rows[case] = empty, one_line(solution), {}, ()
         else:
-            values[case], scene = solution
+            key_values[case], scene = solution
             solved.append(CaseTable(np.array([case]), scene, {}))
     evaluated = evaluate_tables(solved, others, explain, estimate)
-    for case, (cells, status, errors, notes) in evaluated.items():
+    for case, (numbers, status, errors, notes) in evaluated.items():
         if index_of_key is not None:
-            cells = [*cells[:index_of_key], values[case], *cells[index_of_key:]]
-        rows[case] = cells, status, errors, notes
+            numbers = [*numbers[:index_of_key], key_values[case], *numbers[index_of_key:]]
+        rows[case] = numbers, status, errors, notes
     return rows
 
 

@@ -118,7 +118,7 @@ def _tensions_at_peak(case):
     """
     if case.scene.gondola is None:
         tensions = case.form.edge_tensions.ravel()
-        lowest = float(case.in_cable_wind.sides[0].closed_loop.modes.frequency[0])
+        lowest = float(case.in_cable_wind.analyses[0].closed_loop.modes.frequency[0])
         rms, error = rms_of_bare_cable(case, TENSIONS)
         return tensions, np.full(tensions.shape, peak_factor(lowest, case.scene.wind.duration) * rms), error
     (tensions, slopes), (peak, error) = _tensions_and_slopes(case), peak_of_gondola(case)

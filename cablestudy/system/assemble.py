@@ -93,23 +93,25 @@ def assemble_dense(matrices, connection, bodies, imposed, stiffness=0.0):
 
 
 def _assemble_sparse(cables, matrices, connection, bodies, imposed, stiffness):
-    """`assemble` with a sparse G: each matrix is T^T A T plus that of the bodies, see its notes.
+    """Assemble the `LinearSystem` by products of sparse matrices, with the symbols and equations of `assemble`.
 
-    `matrices` has M, C and K of each cable, for its n modes and then its six end displacements.
+    Parameters are those of `assemble_dense` for one system, and the `cables` (list of Superelement) of the matrices;
+    `connection` (G), `bodies` and `stiffness` may be sparse.
     """
     from scipy.sparse import block_array, csc_array, eye_array
 
     modal = sum(len(cable.omega) for cable in cables)
     bodies, stiffness = csc_array(bodies), csc_array(stiffness) if np.ndim(stiffness) else 0 * csc_array(bodies)
     blocks = [[eye_array(modal), None], [None, connection]]
-    by_system = block_array(blocks, format="csr") if modal else csc_array(connection)  # T
-    by_winches = np.concatenate([np.zeros((modal, imposed.shape[1])), imposed])  # modes and ends by the winches
+    by_system = block_array(blocks, format="csr") if modal else csc_array(connection)  # T = [I, 0; 0, G]
+    by_winches = np.concatenate([np.zeros((modal, imposed.shape[1])), imposed])  # [0; H]
     systems, of_winches = [], []
     for matrix, of_bodies in zip(_block_diagonal(cables, matrices), (bodies, 0 * bodies, stiffness), strict=True):
         if modal:
             of_bodies = block_array([[csc_array((modal, modal)), None], [None, of_bodies]], format="csc")
         systems.append((by_system.T @ matrix @ by_system + of_bodies).tocsc())
-        # sorts the indices too: whoever sorted those of a copy that shares the values would put these in disorder
+        # sorts the indices too: scipy sorts them in place when it needs to, and a copy that shares the values would not
+        # know of their new order
         systems[-1].sum_duplicates()
         of_winches.append(by_system.T @ (matrix @ by_winches))
     mass, damping, total_stiffness = systems

@@ -340,16 +340,28 @@ def _where_trusted(cables, resolvent, trusted):
 
 
 def _relative_errors(matrices, x, sums, resolvent):
-    """Largest relative errors of the `PoleSum`s of r cables, shape (r,). [-]
+    """Largest relative error of the forces at the ends by a sum over poles, for each of r cables, shape (r,). [-]
 
-    Each is checked at m values of x, shape (r, m). A `PoleSum` is compared with
+    Parameters
+    ----------
+    matrices : list of ndarray, shape (r, n + e, n + e)
+        Coefficients of the matrix polynomial Q(x) of n modes and e end displacements, from x^0 on.
+    x : ndarray, shape (r, m)
+        Values at which each cable is checked.
+    sums : PoleSum
+        Of all r cables: forces at the ends per displacement of the ends.
+    resolvent : Resolvent
+        Of all r cables: Q_nn(x)^-1 by poles.
 
-        Q_ee - Q_en q - q^T Q_ne + q^T Q_nn q,    q = Q_nn^-1 Q_ne,
+    Notes
+    -----
+    The sums are compared with
 
-    Q(x) being the matrix polynomial of n modes and e ends, whose coefficients are `matrices`. This form is stationary
-    in q: an error of q, which is computed from the same poles, changes it by the square only. The error of an entry i j
-    is taken over sqrt(a_i a_j), with the size a = |x|^d M_ii + |K_ii| of the forces at an end; d is the degree of Q, M
-    its last coefficient and K its first.
+        Q_ee - Q_en q - q^T Q_ne + q^T Q_nn q,    q = Q_nn^-1 Q_ne.
+
+    This form is stationary in q: an error of q, which is computed from the same poles, changes it by the square only.
+    The error of an entry i j is taken over sqrt(a_i a_j), with the size a = |x|^d M_ii + |K_ii| of the forces at an
+    end; d is the degree of Q, M its last coefficient and K its first.
     """
     poles, left, right = resolvent.poles, resolvent.left, resolvent.right
     n = left.shape[1]
@@ -362,8 +374,9 @@ def _relative_errors(matrices, x, sums, resolvent):
     q_nn_q = q
     for matrix in matrices[-2::-1]:
         q_nn_q = q_nn_q * x_of_column + product(matrix[:, :n, :n], q)
-    q, rest = (np.moveaxis(part.reshape(cables, n, values, ends), 1, 2) for part in (q, q_nn_q - columns))
-    forces = q_ee - np.swapaxes(q_ne, 2, 3) @ q + np.swapaxes(q, 2, 3) @ rest
+    # q, and the residual Q_nn q - Q_ne, shapes (r, m, n, e)
+    q, residual = (np.moveaxis(part.reshape(cables, n, values, ends), 1, 2) for part in (q, q_nn_q - columns))
+    forces = q_ee - np.swapaxes(q_ne, 2, 3) @ q + np.swapaxes(q, 2, 3) @ residual
     first, last = (np.diagonal(matrix, axis1=1, axis2=2)[:, None, n:] for matrix in (matrices[0], matrices[-1]))
     size = np.abs(x[..., None] ** (len(matrices) - 1)) * last + np.abs(first)  # a of each end, (r, m, e)
     size = np.sqrt(size[..., :, None] * size[..., None, :])

@@ -179,9 +179,18 @@ class Search:
     def _modes_of_elements(self, rows, alone, meshes):
         """Modes of some rows (suspensions) with stated elements: list of (CoupledModes or Exception).
 
-        The rows are solved in one call, or each by itself if this call fails. Each cable keeps all modes computed: only
-        those needed where a row is `alone`, with many elements or in a steady wind. Of a single row with many elements,
-        not all of whose modes are, modal damping has a finer model, `_damped_by_all`.
+        The rows are solved in one call, or each by itself if this call fails. All modes of each cable are computed and
+        kept. If `alone` is True, the one row has cables of many elements or in a steady wind, and only as many modes of
+        each cable are computed as are needed; modal damping then follows from a model with more (`_damped_by_all`).
+
+        Parameters
+        ----------
+        rows : ndarray of int
+            Indices of the rows.
+        alone : bool
+            Whether the row is solved alone, see `_batch_of_elements`.
+        meshes : list of (Mesh or None)
+            Elements of each cable of all rows; None of a cable without mass.
         """
         cables, meshes_of_rows = self._cables_of(rows), [meshes[cable] for cable in self._cable_indices(rows)]
         most_modes = min(self._modes_needed(rows), SYSTEM.modes_of_cable) if alone else SYSTEM.modes_of_cable

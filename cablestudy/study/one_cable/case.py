@@ -493,7 +493,7 @@ class CableCase(ComparedCase):
         """Analyses of winds in which the motion was computed: list of DynamicAnalysis."""
         made = self.__dict__  # without making those that were not asked for
         analyses = [made[name] for name in ("analysis", "in_wind_that_damps") if name in made]
-        analyses += self.in_cable_wind.sides if "in_cable_wind" in made else []
+        analyses += self.in_cable_wind.analyses if "in_cable_wind" in made else []
         return [analysis for analysis in analyses if analysis.solved]
 
     @property

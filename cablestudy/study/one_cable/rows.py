@@ -159,13 +159,13 @@ class CableBatch(RowBatch):
         return Row(case, values, failures, closed.errors_of(case.index), note, warnings, doubts)
 
     def prepare_systems(self, cases):
-        """Compute in one call the first modes of gondola, loop and wind of cases that lack no key for them."""
-        from cablestudy.study.one_cable.system import prepare
+        """Compute in one call the lowest modes of many cases that have the keys of columns of gondola, loop or wind."""
+        from cablestudy.study.one_cable.system import solve_lowest_modes
 
         if not self.required.gondola:
             cases = [case for case in cases if not (case.exact_statics and case.damped_by_modes)]
-        prepare([case for case in cases if case.scene.gondola is not None])
-        prepare([case for case in cases if case.scene.gondola is None])
+        solve_lowest_modes([case for case in cases if case.scene.gondola is not None])
+        solve_lowest_modes([case for case in cases if case.scene.gondola is None])
 
     def finish(self, row):
         """Add the doubt that the cable goes slack in the wind; many rows drop their modes."""

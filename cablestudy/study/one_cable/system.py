@@ -56,15 +56,15 @@ class CableAirflow(Airflow):
         Wind of the scene of one cable.
     on_cable : Drag
         Drag of the cable, in the direction of the mean wind.
-    side : str
-        Name of the direction of the wind.
+    direction_name : str
+        Name of the direction of the wind: "across" or "along".
     """
 
     on_cables = True
 
-    def __init__(self, scene, drag, wind, on_cable, side):
+    def __init__(self, scene, drag, wind, on_cable, direction_name):
         super().__init__(scene, drag)
-        self._wind, self._on_cable, self.side = wind, on_cable, side
+        self._wind, self._on_cable, self.direction_name = wind, on_cable, direction_name
 
     def gusts(self, modes, layout, shapes):
         """`Gusts` on the coordinates, see `Airflow.gusts`: the turbulence is the same in all directions."""
@@ -79,39 +79,39 @@ class InCableWind:
 
     Parameters
     ----------
-    sides : list of DynamicAnalysis
+    analyses : list of DynamicAnalysis
         One for each direction of the wind.
     outputs : list of str
-        Outputs whose largest RMS decides which of the winds `side` returns.
+        Outputs by whose largest RMS `decisive` chooses one of them.
     """
 
-    def __init__(self, sides, outputs):
-        self.sides, self._outputs = sides, outputs
+    def __init__(self, analyses, outputs):
+        self.analyses, self._outputs = analyses, outputs
 
     def rms(self, names, variance, open_loop):
-        """Largest `DynamicAnalysis.rms` among some outputs and the winds, and its error; raises as that method."""
-        return self._largest(self.sides, names, variance, open_loop)[0]
+        """Largest `DynamicAnalysis.rms` of some outputs in both winds, and its error; raises as that method."""
+        return self._largest(self.analyses, names, variance, open_loop)[0]
 
     def to_accuracy(self, accuracy, names):
         """Largest RMS of displacements or tensions of a bare cable, with more modes until its error is an accuracy.
 
         Returns the RMS and its error, a pair, and the `DynamicAnalysis` of it.
-        Modes end where the quadrature makes half of the error: what that lacks they do not add.
+        No modes are added where the quadrature makes half of the error, which they would not reduce.
         """
-        (rms, error), side = self._largest(self.sides, names, "value", open_loop=True)
-        while error > max(accuracy, side.response.integration_error) and side.finer is not None:
-            (rms, error), side = self._largest([side.finer], names, "value", open_loop=True)
-        return (rms, error), side
+        (rms, error), analysis = self._largest(self.analyses, names, "value", open_loop=True)
+        while error > max(accuracy, analysis.response.integration_error) and analysis.finer is not None:
+            (rms, error), analysis = self._largest([analysis.finer], names, "value", open_loop=True)
+        return (rms, error), analysis
 
     @staticmethod
-    def _largest(winds, names, variance, open_loop):
+    def _largest(analyses, names, variance, open_loop):
         """The largest RMS of single outputs in some winds and its error, a pair; and the `DynamicAnalysis` of it."""
-        largest = [(wind.largest_rms(names, variance, open_loop), wind) for wind in winds]
-        return max(largest, key=lambda rms_and_wind: rms_and_wind[0][0])
+        largest = [(analysis.largest_rms(names, variance, open_loop), analysis) for analysis in analyses]
+        return max(largest, key=lambda rms_and_analysis: rms_and_analysis[0][0])
 
-    def side(self, open_loop=False):
+    def decisive(self, open_loop=False):
         """`DynamicAnalysis` in the wind that displaces gondola or bare cable more; raises as `DynamicAnalysis.rms`."""
-        return self._largest(self.sides, self._outputs, "value", open_loop)[1]
+        return self._largest(self.analyses, self._outputs, "value", open_loop)[1]
 
 
 def analysis_of(case, damping=0.0, make_analysis=DynamicAnalysis):
@@ -156,14 +156,14 @@ def in_cable_wind_of(case, make_analysis=DynamicAnalysis):
     NoSolutionError, ConvergenceError
         There is no equilibrium.
     """
-    sides = {"across": case.span.frame[2], "along": case.span.level}  # horizontal
-    winds = [in_wind_from(case, direction, side, make_analysis) for side, direction in sides.items()]
+    directions = {"across": case.span.frame[2], "along": case.span.level}  # horizontal
+    analyses = [analysis_in_wind(case, direction, name, make_analysis) for name, direction in directions.items()]
     if case.scene.gondola is None:
-        return InCableWind([wind.with_midspans for wind in winds], MIDSPAN)
-    return InCableWind(winds, [GONDOLA_X])
+        return InCableWind([analysis.with_midspans for analysis in analyses], MIDSPAN)
+    return InCableWind(analyses, [GONDOLA_X])
 
 
-def in_wind_from(case, direction, side, make_analysis=DynamicAnalysis):
+def analysis_in_wind(case, direction, name, make_analysis=DynamicAnalysis):
     """Analysis of the motion of a cable, with its gondola if any, in a wind of given direction: `DynamicAnalysis`.
 
     Parameters
@@ -172,7 +172,7 @@ def in_wind_from(case, direction, side, make_analysis=DynamicAnalysis):
         A case with wind, and a diameter of its cable.
     direction : ndarray, shape (3,)
         Direction of the mean wind, a horizontal unit vector. [-]
-    side : str
+    name : str
         Name of the direction: "across" or "along".
     make_analysis : callable
         Returns the analysis: the class `DynamicAnalysis`, or a function with its arguments.
@@ -181,13 +181,13 @@ def in_wind_from(case, direction, side, make_analysis=DynamicAnalysis):
     scene = as_suspension(case.scene, 0.0 if bare else case.cable_air_damping)
     on_gondola, drag_width = _on_bodies(scene), np.array([wind.cable_drag_coefficient * case.scene.wind_diameter])
     on_cable = replace(on_gondola, velocity=wind.speed * direction, cables=drag_width, bodies=0 * on_gondola.bodies)
-    airflow = CableAirflow(scene, on_cable if bare else on_gondola, wind, on_cable, side)
-    damping = side if bare else case.cable_air_damping  # winds that damp alike share linear models
+    airflow = CableAirflow(scene, on_cable if bare else on_gondola, wind, on_cable, name)
+    damping = name if bare else case.cable_air_damping  # winds that damp alike share linear models
     return _in_airflow(case, scene, airflow, case.linear_models.setdefault(damping, {}), make_analysis)
 
 
-def winds_on(case, on, open_loop=False):
-    """Analyses of the winds on gondola and cable: list of DynamicAnalysis. They are independent: variances add.
+def analyses_of_winds(case, on, open_loop=False):
+    """Analyses in independent winds on the gondola and on the cable, whose variances add: list of DynamicAnalysis.
 
     Parameters
     ----------
@@ -201,7 +201,7 @@ def winds_on(case, on, open_loop=False):
     if on == "gondola":
         return [case.analysis]
     on_gondola = [] if on == "cable" else [case.in_wind_that_damps]
-    return [*on_gondola, case.in_cable_wind.side(open_loop)]
+    return [*on_gondola, case.in_cable_wind.decisive(open_loop)]
 
 
 def _on_bodies(scene):
@@ -250,11 +250,11 @@ def _planes(case):
     return None if leaves_plane or case.scene.gondola is None else (IN_PLANE,)
 
 
-def prepare(cases):
-    """Compute equilibria and first modes of many cables with their gondolas in one call, which saves time.
+def solve_lowest_modes(cases):
+    """Compute equilibria and lowest coupled modes of many cables with their gondolas in one call, which saves time.
 
     Columns of gondola, control loop and wind need them: the equilibrium of cable and gondola as a suspension, and its
-    lowest coupled modes. Both are stored in the cases. A case with an error raises it when the result is asked for.
+    lowest modes. Both are stored in the cases. A case with an error raises it when the result is asked for.
 
     Parameters
     ----------
@@ -264,19 +264,19 @@ def prepare(cases):
     cases = [case for case in cases if case.index not in case.results.failures]
     if not cases:
         return
-    equilibrium, winds = equilibria_of(cases), []
+    equilibrium, analyses = equilibria_of(cases), []
     equilibrium.blocks  # noqa: B018 computed for all cases at once: `take` then gives each case its own
     for index, case in enumerate(cases):
         case.equilibrium = equilibrium.take(index)
-        winds.append(outcome_of(partial(_first_wind, case)))
-    solvable = [index for index, wind in enumerate(winds) if not isinstance(wind, Exception)]
+        analyses.append(outcome_of(partial(_first_analysis, case)))
+    solvable = [index for index, analysis in enumerate(analyses) if not isinstance(analysis, Exception)]
     if solvable:
-        solve_modes([winds[index] for index in solvable], equilibrium.take(np.array(solvable)))
+        solve_modes([analyses[index] for index in solvable], equilibrium.take(np.array(solvable)))
 
 
-def _first_wind(case):
-    """`DynamicAnalysis` whose modes a case needs first: of the gondola, or of the bare cable in the first wind."""
-    return case.analysis if case.scene.gondola is not None else case.in_cable_wind.sides[0]
+def _first_analysis(case):
+    """`DynamicAnalysis` whose modes a case needs first: with its gondola, or of a bare cable in wind across it."""
+    return case.analysis if case.scene.gondola is not None else case.in_cable_wind.analyses[0]
 
 
 def equilibria_of(cases):

@@ -12,7 +12,7 @@ from cablestudy.study.notes import beyond_linear, gondola_notes, growing_damping
 from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.case_modes import modes
 from cablestudy.study.one_cable.rows import evaluate_named
-from cablestudy.study.one_cable.system import winds_on
+from cablestudy.study.one_cable.system import analyses_of_winds
 from cablestudy.study.refinement import with_accuracy
 from cablestudy.study.table import Field
 from cablestudy.study.tolerances import STUDY
@@ -79,7 +79,7 @@ def wind_table(document, scene, on=None, estimate=False):
 
 def _variance_cells(case, on):
     """Cells on the variance of the gondola's displacement, which are no columns: list of (Field, float)."""
-    winds = winds_on(case, on)
+    winds = analyses_of_winds(case, on)
     variances = np.array([wind.rms([GONDOLA_X], "value", open_loop=False)[0] ** 2 for wind in winds])
     shares = np.array([wind.response.shares_below(GONDOLA_X, BELOW) for wind in winds])
     total = variances.sum()

@@ -108,7 +108,7 @@ def _check_range(states, kinds):
 def _speed(axes, winds, frequency, body):
     """Draw the spectrum of the longitudinal wind speed, and of its average over the body."""
     closed_loop, bodies = winds[0].closed_loop, winds[0].closed_loop.equilibrium.suspension.body_names
-    on_bodies = body in bodies and any(not wind.airflow.side for wind in winds)
+    on_bodies = body in bodies and any(not wind.airflow.direction_name for wind in winds)
     wind = closed_loop.scene.wind
     of_speed = speed_spectrum(frequency, wind.speed, wind.turbulence[0], wind.length_scale, wind.spectrum)
     axes.loglog(frequency, of_speed, color=style.BLUE, label="wind speed")
