@@ -11,7 +11,7 @@ import numpy as np
 
 import cablestudy as cs
 from cablestudy.scene.study import read_study
-from cablestudy.study.column import lacks
+from cablestudy.study.column import lacking_key
 from cablestudy.study.columns import find
 from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.study_rows import evaluate
@@ -76,7 +76,7 @@ def solve_all(scenes, names, estimate=False):
 def columns_with_keys(scene, columns):
     """Those columns of which a scene of one cable has the keys: list of str. It is read once."""
     model = cs.load(scene).model
-    return [column for column in columns if not lacks(model, find(column))]
+    return [column for column in columns if not lacking_key(model, find(column))]
 
 
 def solve(scene, *names, estimate=False):

@@ -20,7 +20,7 @@ from cablestudy.motion.tension_waves import change_by_waves
 from cablestudy.scene.scene import CableScene
 from cablestudy.scene.study import read_study
 from cablestudy.study.cable_columns import COLUMNS
-from cablestudy.study.column import lacks
+from cablestudy.study.column import lacking_key
 from cablestudy.study.columns import find
 from cablestudy.study.one_cable import results
 from cablestudy.study.one_cable.case import CableCase
@@ -100,7 +100,7 @@ def test_errors_of_rates_above_the_integrals_are_for_columns_of_rates_alone(monk
 @pytest.mark.parametrize("path", [CARLINA, SLACK])
 def test_static_columns_cost_no_modes_and_no_mass(counts, path):
     model = scene("model={accuracy: 1e-6}", base=path)
-    columns = [column for column in STATIC if not lacks(model, column)]
+    columns = [column for column in STATIC if not lacking_key(model, column)]
     assert len(columns) > 10
     assert not evaluate(model, columns).failed
     assert counts == {"solve": 1, "axes": []}  # one closed form for all columns, no elements at all

@@ -386,7 +386,7 @@ def test_the_state_space_has_the_response_of_the_exact_loop_up_to_where_its_dela
     names = [f"{k}" for k in range(loop.motion.shapes.shape[1])]
     driven = labelled(closed_loop, loop.motion, names, forces)
     system = state_space_of(driven, None, loop.linear, measured_by(closed_loop), closed_loop.actuators)
-    s = 1j * np.geomspace(0.01, 0.99 * loop.right_up_to, 40)
+    s = 1j * np.geomspace(0.01, 0.99 * loop.delay_accurate_up_to, 40)
     rows = [closed_loop.outputs[f"gondola.{axis}"] for axis in "xyz"]
     found = system.response(s, derivatives=True)
     stiffness, reeled = closed_stiffness(own, s)
@@ -411,7 +411,7 @@ def test_a_step_of_a_reference_in_time_is_that_of_small_steps():
     expected = np.interp(found.time[:: found.options.every], times, seen[:, 1])
     # a corner in time has no end in frequency
     assert found.response.measured[:: found.options.every] == pytest.approx(expected, abs=5e-3 * np.abs(expected).max())
-    assert "delay: Padé approximants, whose phase is right up to" in " ".join(found.remarks)
+    assert "delay: Padé approximants, whose phase is accurate up to" in " ".join(found.remarks)
     assert "estimated error by modes left out and the approximated delay: " in " ".join(found.notes)
 
 
@@ -433,7 +433,7 @@ def test_what_was_modelled_is_said(tmp_path):
         said = run(*command, "--explain", *options).err
         assert "gains of 0.1 rad/s (integral), 0.01 (proportional)" in said
         assert "a lag of first order of 10 Hz" in said
-        assert re.search(r"delay of 0\.02 s: Padé approximants, whose phase is right to 1e-7 up to 31\.83 Hz", said)
+        assert re.search(r"delay of 0\.02 s: Padé approximants, whose phase is accurate to 1e-7 up to 31\.83 Hz", said)
 
 
 @cache

@@ -136,7 +136,7 @@ class EquilibriumResidual:
 
         Returns
         -------
-        minimum : ndarray of bool, shape (...)
+        slack : ndarray of bool, shape (...)
             True if the energy is least at the kink. Then the segment is slack: it is at least as long as the gap that
             the other segments leave for it.
         kink : ndarray, shape (3, ...)
@@ -147,16 +147,17 @@ class EquilibriumResidual:
         loosest = sizes.argmin(axis=-1)[..., None]
         kink = np.stack([-np.take_along_axis(offset, loosest, axis=-1)[..., 0] for offset in self.segments.offset])
         tension = self.tension(kink)
-        slack = np.all([component == 0 for component in tension], axis=0)
-        taut_fraction = np.where(slack, 0.0, self.segments.fraction)
+        without_tension = np.all([component == 0 for component in tension], axis=0)
+        taut_fraction = np.where(without_tension, 0.0, self.segments.fraction)
         slack_length = (self.segments.fraction - taut_fraction).sum(axis=-1)
         # the taut segments leave the slack ones to span the distance |slack_length e + (q, n, y)|
         extensions, terms = extension(tension, self.segments.weight, self.stiffness, *self.angles)
         q, n, y = (-(per_length * taut_fraction).sum(axis=-1) for per_length in extensions)
         q = q + self.strain
         excess = 2 * slack_length * q + q * q + n * n + y * y  # distance^2 - slack_length^2
+        # the energy falls along that distance, direction u: a force along it stretches the slack segments and moves the
+        # taut ones; it is the excess of the distance over the slack length, divided by the compliance along u
         distance = np.sqrt(np.maximum(slack_length**2 + excess, 0.0))
-        # a tension along that distance stretches the slack segments, and takes the taut ones with it
         u = np.stack([component / np.maximum(distance, CABLE.least_divisor) for component in (slack_length + q, n, y)])
         entries = flexibility(tension, self.segments.weight, self.stiffness, *self.angles, terms)
         qq, nn, yy, qn, qy, ny = ((entry * taut_fraction).sum(axis=-1) for entry in entries)

@@ -235,7 +235,7 @@ class StableGains:
         return gain if most or bounded_by_peak else None
 
     def single_limits(self, gain):
-        """Limit of the gain of each of k measured coordinates while the others stay: list of Limit.
+        """Limit of the gain of each of k measured coordinates while the gains of the others stay: list of Limit.
 
         Parameters
         ----------
@@ -245,19 +245,21 @@ class StableGains:
         Returns
         -------
         list of Limit
-            With the factor by which the gain of that coordinate may grow: infinite without limit; 0 if the loop is
-            unstable when this coordinate alone has no gain. [-]
+            The `factor` of each is that by which the gain of its coordinate may grow [-]: infinite without limit; 0 if
+            the loop is unstable when this coordinate alone has no gain.
         """
         curve = self._closed_loop_curve(gain)
-        closed, size, count = sensitivity(gain * curve.matrices), curve.matrices.shape[-1], len(curve.omega)
-        own = [gain_of_one(self.loop_gain, gain, coordinate) for coordinate in range(size)]
+        size, count = curve.matrices.shape[-1], len(curve.omega)
+        loop_gains = [gain_of_one(self.loop_gain, gain, coordinate) for coordinate in range(size)]
+        # as many loops of one coordinate, one after the other, on the frequencies of the curve
         row, omega = np.repeat(np.arange(size), count), np.tile(curve.omega, size)
-        matrices = 1 / np.diagonal(closed, axis1=1, axis2=2).T.reshape(-1, 1, 1) - 1
+        of_itself = np.diagonal(sensitivity(gain * curve.matrices), axis1=1, axis2=2)  # S_jj, shape (f, k)
+        matrices = 1 / of_itself.T.reshape(-1, 1, 1) - 1  # their loop gains, see `gain_of_one`
         most = self._highest_judged / gain
-        of_all = sample_curves(own, row, omega, matrices, self.law.judged_up_to, most)
-        remaining = crossings(of_all.row, of_all.omega, of_all.values)
+        curves = sample_curves(loop_gains, row, omega, matrices, self.law.judged_up_to, most)
+        remaining = crossings(curves.row, curves.omega, curves.values)
         remaining = remaining.take(remaining.factor < most).sorted()
-        return [_growth_allowed(own, remaining.take(remaining.row == coordinate)) for coordinate in range(size)]
+        return [_growth_allowed(loop_gains, remaining.take(remaining.row == coordinate)) for coordinate in range(size)]
 
 
 def gain_of_one(loop_gain, gain, coordinate):

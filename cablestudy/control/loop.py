@@ -160,11 +160,11 @@ class Loop:
         needed, faint = (
             self.gains.large_up_to(size / self.gain) for size in (CONTROL.harmless_delayed_gain, CONTROL.faint_gain)
         )
-        return max(needed, min(faint, CONTROL.delay_right_up_to * self.motion.unit.min()))
+        return max(needed, min(faint, CONTROL.delay_accurate_up_to * self.motion.unit.min()))
 
     @property
-    def right_up_to(self):
-        """Frequency up to which a delay is right in responses; 0 without delay. [rad/s]"""
+    def delay_accurate_up_to(self):
+        """Frequency up to which Padé approximants of a delay are accurate in responses; 0 without delay. [rad/s]"""
         if not self.law.delay:
             return 0.0
         least = CONTROL.slight_delay if self.slight_delay else CONTROL.pade_phase
@@ -177,8 +177,8 @@ class Loop:
 
     @property
     def gain_beyond(self):
-        """Largest eigenvalue of the loop gain above the frequency up to which a delay is right; 0 without delay. [-]"""
-        return self.gain * self.gains.largest_beyond(self.right_up_to) if self.law.delay else 0.0
+        """Largest eigenvalue of the loop gain above `delay_accurate_up_to`; 0 without delay. [-]"""
+        return self.gain * self.gains.largest_beyond(self.delay_accurate_up_to) if self.law.delay else 0.0
 
     @property
     def linear(self):

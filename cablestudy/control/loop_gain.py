@@ -154,9 +154,9 @@ class LoopGain:
 
     @cached_property
     def _divided(self):
-        """`_sum_over_cables`, of the cables whose stiffness is a sum over poles, or None; and the other cables."""
+        """`_stiffness_by_poles`, of the cables whose stiffness is a sum over poles, or None; and the other cables."""
         summed = [cable for cable in self._cables if cable.is_sum]
-        sums = _sum_over_cables(summed, self.winch_loads.shape[1]) if summed else None
+        sums = _stiffness_by_poles(summed, self.winch_loads.shape[1]) if summed else None
         return sums, [cable for cable in self._cables if not cable.is_sum]
 
     @cached_property
@@ -236,10 +236,21 @@ def _parts(row):
     return [(int(row[part.start]) if len(row) else 0, part) for part in parts]
 
 
-def _sum_over_cables(cables, winches):
-    """Function of s, shape (f,): forces on bodies by their displacements and by the winches, shape (f, d, d + i).
+def _stiffness_by_poles(cables, winches):
+    """Make the function of s that adds up the stiffness of many cables at the bodies, each a sum over its poles.
 
-    The stiffness of each of the cables is a sum over its poles.
+    Parameters
+    ----------
+    cables : list of _CableInLoop
+        Each with the `pole_sum` of its coupling damping.
+    winches : int
+        Number i of winches.
+
+    Returns
+    -------
+    callable
+        s, shape (f,) [rad/s] -> forces on the d coordinates of the bodies by these and by the lengths that the winches
+        reel in, shape (f, d, d + i). [N/m]
     """
     # of each cable its sum over poles, and the matrix from its entries to forces on bodies; None where it has these
     sums = []
@@ -247,7 +258,8 @@ def _sum_over_cables(cables, winches):
     for cable in cables:
         damping, columns, ends = cable.element.coupling_damping, cable.columns(winches), len(cable.connection)
         residues = damping.pole_sum.residues[:, :ends]  # of the forces at the ends that bodies move, (N, e, e + w)
-        if cable.connection.shape[1] * columns.shape[1] <= prod(residues.shape[1:]):  # fewer of bodies than of ends
+        # the smaller arrays are summed: forces on bodies, or forces at ends that become forces on bodies afterwards
+        if cable.connection.shape[1] * columns.shape[1] <= prod(residues.shape[1:]):
             residues, onto_bodies = cable.connection.T @ residues @ columns, None
         else:
             onto_bodies = np.kron(cable.connection, columns)

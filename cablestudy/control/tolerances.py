@@ -58,8 +58,8 @@ class ControlTolerances:
     unmoved: float = 1e-3  # static gain of a coordinate over the largest, below which winches do not move it
     growing: float = 1e-9  # growth over frequency that is called instability
     pole_rounding: float = 1e-12  # of a pole over the largest one
-    faint_gain: float = 1e-3  # loop gain down to which a delay is right in a response,
-    delay_right_up_to: int = 20  # up to so many times the lowest frequency
+    faint_gain: float = 1e-3  # loop gain down to which a delay is accurate in a response,
+    delay_accurate_up_to: int = 20  # up to so many times the lowest frequency
     # turn by a delay that is left out of poles and state space [rad]: of less the approximant's poles, 1e7 times as
     # fast as those that matter, would spoil these; one of 1e-3 may change the damping of a resonance by 3 %
     slight_delay: float = 1e-6

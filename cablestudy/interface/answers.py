@@ -115,16 +115,16 @@ def loop(scene, response=None, time=None, table=None, estimate=False, **time_opt
     response. `table` is the name of the only table of a suspension that is asked for; with `estimate` errors are
     estimated too.
     """
-    span = timing = None
+    frequency_range = timing = None
     if response:
         from cablestudy.study.ssm import read_response_range
 
-        span = read_response_range(response)
+        frequency_range = read_response_range(response)
     if time:
         from cablestudy.study.loop_in_time import TimeOptions
 
         timing = TimeOptions(time, **time_options)
-    answer, analysis = scene.solve_loop(scene, span, timing, table, estimate)
+    answer, analysis = scene.solve_loop(scene, frequency_range, timing, table, estimate)
     if analysis is None:
         return answer
     if timing:
@@ -134,11 +134,11 @@ def loop(scene, response=None, time=None, table=None, estimate=False, **time_opt
         warnings, draw = (*answer.warnings, *timed.notes), lambda plots: plots.loop_in_time(timed)
         return replace(answer, tables=only(time_table(timed)), warnings=warnings, draw=draw)
     closed_loop = analysis.loop_for_margins
-    if span:
+    if frequency_range:
         from cablestudy.study.loop_report import response_table
 
-        answer = replace(answer, tables=only(response_table(closed_loop, span)))  # of an unstable loop too
-    return replace(answer, draw=lambda plots: plots.loop_margins(closed_loop, span))
+        answer = replace(answer, tables=only(response_table(closed_loop, frequency_range)))  # of an unstable loop too
+    return replace(answer, draw=lambda plots: plots.loop_margins(closed_loop, frequency_range))
 
 
 def ssm(scene, out=None, response=None, **options):
@@ -154,32 +154,34 @@ def ssm(scene, out=None, response=None, **options):
 
     state_spaces.check_file(out)
     state_space_options = state_spaces.StateSpaceOptions(**options)
-    span = state_spaces.read_response_range(response) if response else None
+    frequency_range = state_spaces.read_response_range(response) if response else None
     attached = state_space_options.attached
     if attached in scene.absent:
         raise SceneError(scene.absent[attached])
     kind_module = kind_of(scene.model).ssm
-    kind_module.check_options(state_space_options, bool(span), out)
-    choice = kind_module.choose(scene.document, scene.model, state_space_options, span and span[1])
+    kind_module.check_options(state_space_options, bool(frequency_range), out)
+    choice = kind_module.choose(
+        scene.document, scene.model, state_space_options, frequency_range and frequency_range[1]
+    )
     warnings = [*reference_without_loads(scene.model), *choice.warnings]
     if out:
         system = state_spaces.exported(choice.system(), state_space_options)
         dampings = [cable.damping for cable in scene.model.cables.values()]
         notes = [*state_spaces.improper_note(system), *state_spaces.viscous_note(dampings)]
         warnings += [state_spaces.size_line(choice, system), *notes]
-    elif not span:
+    elif not frequency_range:
         warnings.append(state_spaces.size_line(choice, choice.system()))
     answer = Answer(explain=lambda: tuple(choice.notes), warnings=tuple(warnings), case=choice)
     if out:
         answer = replace(answer, write=lambda: state_spaces.write(system, out))
-    if span:
+    if frequency_range:
         curves = choice.curves()
         with suppress(NoSolutionError):  # a state space that overflows: then its poles are not known
-            span = with_resonances(span, choice.poles)
+            frequency_range = with_resonances(frequency_range, choice.poles)
         return replace(
             answer,
-            tables=only(response_table(span, curves)),
-            draw=lambda plots: _bode_plot(plots, curves, drawn_points(span, curves), attached),
+            tables=only(response_table(frequency_range, curves)),
+            draw=lambda plots: _bode_plot(plots, curves, drawn_points(frequency_range, curves), attached),
         )
     draw = (lambda plots: plots.loop_margins(choice.whole)) if attached == "loop" else None
     return replace(answer, tables=only(None if out else choice.mode_table()), draw=draw)

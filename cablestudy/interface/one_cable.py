@@ -89,13 +89,32 @@ def windrms(scene, on=None, estimate=False):
     return _answer_of_row(scene, table, row, draw, remarks)
 
 
-def solve_loop(scene, span, time_options, table, estimate):
-    """Answer of the command loop with the table of margins, and `DynamicAnalysis` of its picture and responses; a pair.
+def solve_loop(scene, frequency_range, time_options, table, estimate):
+    """Compute the margins of the winch loop for the command `loop`, and the analysis from which it computes the rest.
 
-    `span` is the range of the response over frequency that is asked for (lowest and highest [Hz], how many), and
-    `time_options` are the `TimeOptions` of that in time; None without. Of a suspension, `table` is the name of the only
-    table that is asked for. With `estimate` errors are estimated too. If a response is asked for that cannot be
-    computed, the answer has no table; if there is no loop to show, the analysis is None.
+    Parameters
+    ----------
+    scene : Scene
+    frequency_range : tuple (float, float, int) or None
+        Lowest and highest frequency [Hz] and number of frequencies of a response that is asked for.
+    time_options : TimeOptions or None
+        Options of a response in time that is asked for.
+    table : str or None
+        The only table that is asked for; of a suspension alone, see `suspension.solve_loop`.
+    estimate : bool
+        Whether to estimate errors.
+
+    Returns
+    -------
+    answer : Answer
+        With the table of margins; without a table if a response is asked for that cannot be computed.
+    analysis : DynamicAnalysis or None
+        For picture and responses; None if there is no loop to show.
+
+    Raises
+    ------
+    SceneError
+        The scene lacks a key of the loop, or an input or output of the options is wrong.
     """
     from cablestudy.study import loop_report
 
@@ -109,7 +128,7 @@ def solve_loop(scene, span, time_options, table, estimate):
         input_and_output(scene.document, scene.model, time_options)
     answer = _answer_of_row(scene, *loop_report.loop_table(scene.document, scene.model, estimate), draw=None)
     if (time_options and answer.failures) or not loop_report.has_loop(answer.case):
-        return (replace(answer, tables={}) if time_options or span else answer), None
+        return (replace(answer, tables={}) if time_options or frequency_range else answer), None
     return answer, answer.case.analysis
 
 

@@ -97,7 +97,7 @@ def windrms(scene, table=None, estimate=False):
     return _answer_of_case(case, failures, remarks, tables=_named(table, tables), draw=draw)
 
 
-def solve_loop(scene, span, time_options, table, estimate):
+def solve_loop(scene, frequency_range, time_options, table, estimate):
     """`Answer` of the loop and its `DynamicAnalysis`, see `one_cable.solve_loop`."""
     from cablestudy.study.column import require
     from cablestudy.study.loop_in_time import input_and_output
@@ -108,8 +108,8 @@ def solve_loop(scene, span, time_options, table, estimate):
     if time_options:
         input_and_output(scene.document, scene.model, time_options)
     case = scene.estimated if estimate else scene.case
-    tables, failures = ({}, ()) if span or time_options else loop_tables(case, table)
-    failures = unstable(case.analysis.loop_for_margins) if span else failures
+    tables, failures = ({}, ()) if frequency_range or time_options else loop_tables(case, table)
+    failures = unstable(case.analysis.loop_for_margins) if frequency_range else failures
     remarks = remarks_on_coordinates(case, tables)
     return _answer_of_case(case, failures, remarks, tables=_named(table, tables)), case.analysis
 

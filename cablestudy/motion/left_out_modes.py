@@ -422,15 +422,28 @@ def _where_finite(omega, values):
 
 
 def _refined(function, omega, values, matters):
-    """Refine a grid of frequencies where a function changes fast, by halving intervals: frequencies and values there.
+    """Refine a grid of frequencies where a function changes fast, by halving intervals.
 
     An interval is halved where the logarithm of the function may change by more than `MOTION.left_out_change` across
     it, by the steepest slope there or next to it. It must also be wider than `MOTION.left_out_step` times its
     frequency, and matter.
 
-    `function` returns values, shape (f, ...), 0 or more, at f frequencies [rad/s]; where they are not numbers the
-    frequency is left out. `matters` returns, for frequencies and values, an array of bool, shape (f - 1,): False for
-    intervals that need not be halved. `omega` and `values` are the grid to begin with, ascending.
+    Parameters
+    ----------
+    function : callable
+        Frequencies [rad/s], shape (f,) -> values, 0 or more, shape (f, ...). Where they are NaN the frequency is left
+        out.
+    omega : ndarray, shape (f,)
+        The grid to begin with, ascending. [rad/s]
+    values : ndarray, shape (f, ...)
+        Of the function on this grid.
+    matters : callable
+        Frequencies and values on a grid -> ndarray of bool, shape (f - 1,), False for intervals not to be halved.
+
+    Returns
+    -------
+    omega, values : ndarray
+        The refined grid and the values there, shapes as those of the first one.
     """
     for _ in range(MOTION.left_out_rounds):
         logarithm, width = np.log(np.maximum(values, MOTION.tiny)).reshape(len(omega), -1), np.diff(omega)[:, None]

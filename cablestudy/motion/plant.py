@@ -260,8 +260,9 @@ class Plant:
         """Response of all outputs, as of `StateSpaces`, to the gusts with a loop that has a delay: `DelayedResponse`.
 
         It has the exact response over frequency, and the poles that make sharp peaks in this. Up to a limit of
-        frequency these are poles with a Padé approximant of the delay. The limit is just above `right_up_to` of the
-        loop, up to which the approximant is right. Above it the winches hardly move: the poles are those at rest.
+        frequency these are poles with a Padé approximant of the delay. The limit is just above the frequency up to
+        which the approximant is accurate (`Loop.delay_accurate_up_to`). Above it the winches hardly move: the poles are
+        those with the winches at rest.
 
         Parameters
         ----------
@@ -275,9 +276,9 @@ class Plant:
             loop, forces = loop.within(self.coarse_space), self.coarse_space.T @ forces
         space = StateSpaces.of_one(loop.motion, loop, self.actuators)
         (approximate,) = space.residues(forces[None], self.direct[None])
-        # the poles are those of a Padé approximant: above `right_up_to` the winches hardly move, and those at rest hold
+        # the poles are those of a Padé approximant; above `delay_accurate_up_to` those with the winches at rest
         exact = ExactResponse(loop.motion, forces, loop, self.actuators, self.direct)
-        return delayed_response(exact, approximate, exact.at_small_gain, loop.right_up_to)
+        return delayed_response(exact, approximate, exact.at_small_gain, loop.delay_accurate_up_to)
 
     @cached_property
     def direct(self):

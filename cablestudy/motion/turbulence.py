@@ -189,13 +189,13 @@ class Turbulence:
         return self.plant.model is None or self.plant.responses
 
     def delay_error(self, integrals):
-        """Error of `all_variances` by frequencies above `Loop.right_up_to`, where the delay is approximated badly.
+        """Error of `all_variances` by frequencies where the delay is approximated badly: above `delay_accurate_up_to`.
 
         Shape (w, o), or 0 of shape (w, 1) without a delay. Of outputs it follows from the winches at rest.
         """
         if self.loop is None or not self.loop.law.delay:
             return np.zeros((len(integrals.weights), 1))
-        beyond = 2 * np.pi * integrals.panels.frequency > self.loop.right_up_to
+        beyond = 2 * np.pi * integrals.panels.frequency > self.loop.delay_accurate_up_to
         weights = {name: weight * beyond for name, weight in integrals.weights.items()}
         responses = self.plant.at_rest.residues, self.all_residues.of_outputs(self.speeds)
         beyond = [replace(integrals, weights=weights).variances(response) for response in responses]
@@ -210,7 +210,7 @@ class Turbulence:
         if self.loop is None or not self.loop.slight_delay:
             return 0.0
         omega, loop = np.abs(self.loop.poles), self.loop
-        omega = omega[(omega > 0) & (omega < loop.right_up_to)]
+        omega = omega[(omega > 0) & (omega < loop.delay_accurate_up_to)]
         loop_gain = loop.gain * loop.gains.loop_gain(1j * omega)
         size = largest(np.eye(loop_gain.shape[-1]) - sensitivity(loop_gain))
         return 2 * loop.law.delay * float((omega * size).max(initial=0.0))

@@ -95,10 +95,11 @@ def report(
 
 
 def write_report(path, out, set, vary, case, title, jobs, words, quiet, columns, where) -> Report:
-    """Compute a scene or a study and write its page, for `report` and for the command, whose options messages name.
+    """Compute a scene or a study and write its page, for the function `report` and for the command of this name.
 
-    Arguments as of `report`, which reads them: changes and varied keys are texts, `columns` names. The page shows the
-    `words` of the command.
+    Parameters are those of `report`, but `set` and `vary` are sequences of texts "KEY=VALUE", `columns` a sequence of
+    names, and `words` (sequence of str) the arguments of the command line, which the page shows; empty in Python.
+    Messages name the options of the command.
     """
     begun = shlex.join(["cablestudy", *words]) if words else "cablestudy.report", datetime.now(UTC)
     file = checked_file(out, path)

@@ -85,17 +85,40 @@ def _at_free_junction(suspension):
 
 
 def _coordinates(suspension, moving, cables, density, load, ends):
-    """Coordinates along x, y or z of the m points of a cable net that can move, shape (m,), in one case. [m]
+    """Coordinates along x, y or z of the points of a cable net that can move, by force densities, in one case.
 
-    `density`, shape (c,), are the q of the module's docstring, and `load`, shape (b,), the p along the axis. `moving`,
-    shape (b,), is True for the points that can move, and `cables` has the indices of the cables with an end at a free
-    junction. `ends`, shape (c, 2), are the coordinates of all cable ends, used where they cannot move [m]. Raises as
-    `find_form`.
+    Solves C^T Q C x = p - C^T Q C_f x_f, see the docstring of the module.
+
+    Parameters
+    ----------
+    suspension : SuspendedSystem
+        With b bodies and points.
+    moving : ndarray of bool, shape (b,)
+        True for the m points that can move along this axis.
+    cables : ndarray of int
+        Indices of the cables with an end at a free junction.
+    density : ndarray, shape (c,)
+        Force density q of each cable. [N/m]
+    load : ndarray, shape (b,)
+        Force p on each body and point along this axis. [N]
+    ends : ndarray, shape (c, 2)
+        Coordinates of all cable ends; used where they cannot move. [m]
+
+    Returns
+    -------
+    ndarray, shape (m,)
+        [m]
+
+    Raises
+    ------
+    NoSolutionError
+        The force densities do not hold a junction.
     """
     if not moving.any():
         return np.zeros(0)
-    row = np.append(np.where(moving, np.cumsum(moving) - 1, -1), -1)  # equation of each point; last of the ground: none
-    node = row[suspension.owner[cables]]  # equation of the point at each end, shape (cables, 2); -1 where none moves
+    # row of the equations that each point has, -1 where it does not move; last the ground, whose index GROUND is -1
+    row = np.append(np.where(moving, np.cumsum(moving) - 1, -1), -1)
+    node = row[suspension.owner[cables]]  # row of the point at each end, shape (cables, 2)
     q, count, right = density[cables], int(moving.sum()), load[moving].copy()
     rows, columns, entries = [], [], []
     for end, other_end in ((0, 1), (1, 0)):

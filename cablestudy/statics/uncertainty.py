@@ -217,8 +217,13 @@ def _stayed(equilibrium):
 def _residuals(equilibrium, quantities, length_known):
     """Net forces on bodies and errors of stated values that the search for an equilibrium has left, and their rounding.
 
-    `quantities` names what each of the c cables states: its unstretched length, a tension or a sag. `length_known`,
-    shape (..., c), is True if the length is given, so that no stated value had to be met.
+    Parameters
+    ----------
+    equilibrium : Equilibrium
+    quantities : sequence of str
+        Of each of c cables the quantity that the scene states: its unstretched length, a tension or a sag.
+    length_known : ndarray of bool, shape (..., c)
+        True if the length is given, so that no stated value had to be met.
 
     Returns
     -------

@@ -107,7 +107,7 @@ def require(document, scene, keys, command):
             raise missing(document, key, command)
 
 
-def lacks(scene, column):
+def lacking_key(scene, column):
     """The first key that a column needs and a scene has no value for, or an empty text."""
     return first_without_value(scene, column.keys)
 
@@ -138,7 +138,7 @@ def without_key(column, key):
 
 def lacking_error(scene, column):
     """The error of a column that needs a key which its case lacks."""
-    return NoSolutionError(f"{column.name} needs the key {lacks(scene, column)}, which this case does not have")
+    return NoSolutionError(f"{column.name} needs the key {lacking_key(scene, column)}, which this case does not have")
 
 
 def shapeless_error(column, limp):
@@ -146,7 +146,7 @@ def shapeless_error(column, limp):
     return NoSolutionError(LIMP if limp else f"no {column.name}: {SHAPELESS}")
 
 
-def not_finite(column):
+def not_finite_error(column):
     """The error of a column whose value is not finite."""
     return NoSolutionError(f"{column.header} is not finite")
 
@@ -163,7 +163,7 @@ def value_and_error(column, case):
     Parameters
     ----------
     column : Column
-        The result, such as the sag. The scene of the case has the keys of the file that it needs.
+        The result, such as the sag; one that the scene can have, see `scene_kind.why_not`.
     case : CableCase or SuspensionCase
         A scene in one load case.
 
@@ -173,7 +173,7 @@ def value_and_error(column, case):
         In the unit of the column. None where the case has no such number, though nothing is missing: a loop that is
         stable at any gain has no largest gain.
     error : float or None
-        None where the case states none, NaN where it is not known; from `case.error_of`. [-]
+        Relative. None where none is stated, NaN where it is not known; from `case.error_of`. [-]
 
     Raises
     ------
@@ -186,6 +186,6 @@ def value_and_error(column, case):
     if not isinstance(number, (float, int, NoneType)):
         number = np.asarray(number).item()
     if isinstance(number, float) and not isfinite(number):
-        raise lacking_error(case.scene, column) if lacks(case.scene, column) else not_finite(column)
+        raise lacking_error(case.scene, column) if lacking_key(case.scene, column) else not_finite_error(column)
     error = case.error_of(column, number, error)
-    return float(number) + 0.0 if isinstance(number, float) else number, error  # no minus before a zero
+    return float(number) + 0.0 if isinstance(number, float) else number, error  # + 0.0: no minus before a zero

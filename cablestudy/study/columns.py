@@ -197,7 +197,7 @@ def columns_table(text=""):
         No header has this text, and no column has this name.
     """
     text_in_header = "_".join(text.split())
-    kinds = {"cable": (*COLUMNS, *FAMILIES), "suspension": families_of_suspensions()}
+    kinds = {"cable": (*COLUMNS, *FAMILIES), "suspension": patterns_of_suspensions()}
     columns_of_kind = [(kind, c) for kind, columns in kinds.items() for c in columns if text_in_header in c.header]
     if not columns_of_kind:  # perhaps a member of a family, which is listed as a pattern only: n1.sag, or frequency_3
         try:
@@ -213,28 +213,35 @@ def columns_table(text=""):
     return Table(tuple(Field(name, name) for name in rows[0]), rows)
 
 
-def families_of_suspensions():
-    """Columns of suspensions, printed with BODY, POINT, CABLE, ... for names and K for numbers: list of Column."""
+def patterns_of_suspensions():
+    """Columns of suspensions for a list: with BODY, POINT, CABLE, ... for names and K for numbers; list of Column."""
     first_frequencies = {
         "BODY.frequency_K": body_frequency_column("BODY", 1),
         "BODY.frequency_static_K": static_frequency_column("BODY", 1),
         "frequency_K": frequency_column(1),
     }
-    numbered = [replace(column, name=name) for name, column in first_frequencies.items()]
-    stiffness = [*(stiffness_column("BODY", axis, axis) for axis in AXES), *linear_ranges("BODY")]
-    stiffness += [*force_displacements("BODY"), *mode_columns("BODY")]
-    of_whole = [column for column in WHOLE if column.needs != "run"]
-    of_owners = [*body_columns("BODY"), *stiffness, *point_columns("POINT"), *all_cable_columns("CABLE"), *numbered]
-    in_wind = [
+    return [
+        *body_columns("BODY"),
+        *(stiffness_column("BODY", axis, axis) for axis in AXES),
+        *linear_ranges("BODY"),
+        *force_displacements("BODY"),
+        *mode_columns("BODY"),
+        *point_columns("POINT"),
+        *all_cable_columns("CABLE"),
+        *(replace(column, name=name) for name, column in first_frequencies.items()),
+        *(cable_mode_column(family, "CABLE") for family in FAMILIES),
+        # in the wind
         *displacement_columns("BODY"),
         *turn_columns("BODY"),
         *displacement_columns("BODY.MARKER"),
         *displacement_columns("POINT"),
+        *tension_columns("CABLE"),
+        midspan_column("CABLE"),
+        *actuator_columns("ACTUATOR"),
+        *link_columns("LINK"),
+        link_force_column("LINK"),
+        *(column for column in WHOLE if column.needs != "run"),
     ]
-    in_wind += [*tension_columns("CABLE"), midspan_column("CABLE")]
-    modes_of_cable = [cable_mode_column(family, "CABLE") for family in FAMILIES]
-    of_links = [*link_columns("LINK"), link_force_column("LINK")]
-    return [*of_owners, *modes_of_cable, *in_wind, *actuator_columns("ACTUATOR"), *of_links, *of_whole]
 
 
 def keys_of(column):

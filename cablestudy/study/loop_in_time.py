@@ -275,9 +275,9 @@ def time_case(document, scene, closed_loop, options):
     of_unit_input = in_time(closed_loop, output, chosen.plant_input, chosen.input.components, options.times)
     response = of_unit_input.times(chosen.input.size)
     dampings = [cable.damping for cable in loop_scene.cables.values()]
-    phase_right_up_to = 0.0 if loop.slight_delay else loop.right_up_to
-    remarks = remarks_of(loop_scene.control, phase_right_up_to, response, dampings)
-    unit, delayed = f"m{unit_of(body.measured[chosen.output_number])}", phase_right_up_to > 0
+    accurate_up_to = 0.0 if loop.slight_delay else loop.delay_accurate_up_to
+    remarks = remarks_of(loop_scene.control, accurate_up_to, response, dampings)
+    unit, delayed = f"m{unit_of(body.measured[chosen.output_number])}", accurate_up_to > 0
     return TimeCase(options, chosen.input, response, loop.gain, chosen.output, unit, chosen.winches, remarks, delayed)
 
 
@@ -297,15 +297,15 @@ def _driving_input(loop_scene, options, kind, input_name):
     return options.step(f"{kind} reels in" if is_reel else f"the {kind} moves")
 
 
-def remarks_of(drive, right_up_to, response, dampings):
+def remarks_of(drive, accurate_up_to, response, dampings):
     """Remarks for the user on a response in time: how damping and delay are approximated, and a winch that is too fast.
 
     Parameters
     ----------
     drive : Control
         Controller of the scene, which may state the largest speed of the winches, `max_speed`. [m/s]
-    right_up_to : float
-        Frequency up to which the phase of an approximated delay is right; 0 without an approximated delay. [rad/s]
+    accurate_up_to : float
+        Frequency up to which the phase of an approximated delay is accurate; 0 without an approximated delay. [rad/s]
     response : TimeResponse
     dampings : list
         Damping that each cable states.
@@ -317,8 +317,8 @@ def remarks_of(drive, right_up_to, response, dampings):
     remarks, speed = [], response.largest_winch_speeds.max()
     if has_loss_factor(dampings):
         remarks.append("damping: hysteretic, viscous in time, with the same loss of each mode at its frequency")
-    if right_up_to:
-        remarks.append(f"delay: Padé approximants, whose phase is right up to {right_up_to / (2 * np.pi):.4g} Hz")
+    if accurate_up_to:
+        remarks.append(f"delay: Padé approximants, whose phase is accurate up to {accurate_up_to / (2 * np.pi):.4g} Hz")
     if drive.max_speed is not None and speed > drive.max_speed:
         remarks.append(
             f"warning: the winch would reach {MILLI * speed:.4g} mm/s, above its max_speed of "

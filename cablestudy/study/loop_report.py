@@ -82,27 +82,27 @@ def resonances(closed_loop):
     return np.concatenate(resonant)
 
 
-def frequencies_of(closed_loop, span):
-    """Frequencies of a table: those of a span at equal ratios, and others beside the resonances. [Hz]
+def frequencies_of(closed_loop, frequency_range):
+    """Frequencies of a table: those of a range at equal ratios, and others beside the resonances. [Hz]
 
-    The span is from `ssm.read_response_range`: lowest and highest frequency [Hz], and how many.
+    The range is from `ssm.read_response_range`: lowest and highest frequency [Hz], and how many.
     """
-    low, high, count = span
+    low, high, count = frequency_range
     on_peaks = near_poles(resonances(closed_loop), BESIDE_PEAKS, low, high)
     return np.unique(np.concatenate([np.geomspace(low, high, count), on_peaks]))
 
 
-def drawn_frequencies(closed_loop, span):
+def drawn_frequencies(closed_loop, frequency_range):
     """Frequencies of a picture: those at which margins are searched, and even steps around the circles of L. [Hz]
 
     Parameters as of `frequencies_of`; L describes a circle near each pole.
     """
-    low, high, _ = span
+    low, high, _ = frequency_range
     poles, half_angle = resonances(closed_loop)[:, None], np.linspace(-1.5, 1.5, STUDY.circle_points)
     on_circles = (np.abs(poles) - poles.real * np.tan(half_angle)).ravel()
     dense = np.concatenate([closed_loop.stability.gains.frequencies(closed_loop.loop.gain), on_circles]) / (2 * np.pi)
     dense = dense[(dense > low) & (dense < high)]
-    return np.unique(np.concatenate([frequencies_of(closed_loop, span), dense]))
+    return np.unique(np.concatenate([frequencies_of(closed_loop, frequency_range), dense]))
 
 
 def loop_gain(closed_loop, frequency):
@@ -142,14 +142,14 @@ def unwrapped_phase(frequency, value, delay):
     return Phase()(value * np.exp(2j * np.pi * turns)) - 360 * turns
 
 
-def response_table(closed_loop, span):
+def response_table(closed_loop, frequency_range):
     """Table over frequency of the loop gain L, the sensitivity S and the complementary sensitivity T of a loop.
 
     L is a matrix over the measured coordinates, S = (I + L)^-1 and T = S L. Of one coordinate the table has magnitude
     [dB] and phase [deg] of each; of several coordinates the largest and smallest singular value [dB]. It has a row for
-    each of the `frequencies_of` a span; cells of values that are not finite are empty.
+    each of `frequencies_of`; cells of values that are not finite are empty.
     """
-    frequency = frequencies_of(closed_loop, span)
+    frequency = frequencies_of(closed_loop, frequency_range)
     columns = {Field("frequency_Hz", "frequency", "Hz"): frequency}
     for name, value in zip(CURVES, curves(closed_loop, frequency), strict=True):
         title = name.replace("_", " ")

@@ -15,7 +15,7 @@ from cablestudy.scene.fields import KeyTable
 from cablestudy.scene.layers import split_key
 from cablestudy.scene.sampling import Sampled
 from cablestudy.scene.scene import quantity_of
-from cablestudy.study.column import attribute, is_absent, lacking_error, lacks
+from cablestudy.study.column import attribute, is_absent, lacking_error, lacking_key
 
 # names in keys of quantities that are no columns: a scene takes their sine, compares them one by one, or cables follow
 NOT_COLUMNS = ("materials", "attitude", "forces", "moves", "stress_strain")
@@ -184,7 +184,9 @@ class CaseTable(SceneValues):
 
     def lacking(self, column):
         """Cases that lack a key which a column needs, see `SceneValues.lacking`."""
-        return dict.fromkeys(range(len(self)), lacking_error(self.scene, column)) if lacks(self.scene, column) else {}
+        if not lacking_key(self.scene, column):
+            return {}
+        return dict.fromkeys(range(len(self)), lacking_error(self.scene, column))
 
     @property
     def ends(self):

@@ -40,7 +40,7 @@ class FrequencyGrid(NamedTuple):
         return self.count + len(self.others)
 
 
-def with_resonances(span, poles):
+def with_resonances(frequency_range, poles):
     """Frequencies for a response whose narrow peaks must not be missed.
 
     They are at equal ratios, and five more are at each pole with a peak (damping ratio below `STUDY.resonant`): at the
@@ -49,7 +49,7 @@ def with_resonances(span, poles):
 
     Parameters
     ----------
-    span : (float, float, int)
+    frequency_range : (float, float, int)
         Lowest and highest frequency [Hz] and number of those at equal ratios.
     poles : ndarray, shape (p,)
         p poles of the response, complex. [rad/s]
@@ -58,7 +58,7 @@ def with_resonances(span, poles):
     -------
     FrequencyGrid
     """
-    low, high, count = span
+    low, high, count = frequency_range
     size = np.abs(poles)
     resonant = (poles.imag > 0) & (-poles.real < STUDY.resonant * size) & (-poles.real > MOTION.undamped_motion * size)
     frequency = near_poles(poles[resonant], WITHIN, low, high)
@@ -84,17 +84,17 @@ def near_poles(poles, half_widths, low, high):
     return np.unique(frequency[(frequency > low) & (frequency < high)])
 
 
-def response_blocks(span, curves):
+def response_blocks(frequency_range, curves):
     """Yield a response in blocks: frequency [Hz], then magnitude [unit] and phase [deg] of each curve, shape (m,) each.
 
     Parameters
     ----------
-    span : (float, float, int) or FrequencyGrid
+    frequency_range : (float, float, int) or FrequencyGrid
         From `ssm.read_response_range` or `with_resonances`.
     curves : list of Curve
     """
     phases = [response.Phase() for _ in curves]
-    for frequency in response.frequencies(*span):
+    for frequency in response.frequencies(*frequency_range):
         block = [frequency]
         for curve, phase in zip(curves, phases, strict=True):
             value = curve.value(frequency)
@@ -102,15 +102,15 @@ def response_blocks(span, curves):
         yield block
 
 
-def drawn_points(span, curves):
+def drawn_points(frequency_range, curves):
     """The points of a response that a picture shows, resonances included: arrays as of `response_blocks`.
 
     Of a long response, of each group of neighbouring frequencies the first and those with the smallest and the largest
     magnitude of each curve.
     """
-    neighbours = -(-span[2] // STUDY.drawn_groups)
+    neighbours = -(-frequency_range[2] // STUDY.drawn_groups)
     kept, left = [], None
-    for block in response_blocks(span, curves):
+    for block in response_blocks(frequency_range, curves):
         block = np.stack(block)
         block = block if left is None else np.concatenate([left, block], axis=1)
         whole = block.shape[1] - block.shape[1] % neighbours
@@ -129,7 +129,7 @@ def _extremes(block, neighbours):
     return block[:, np.unique(chosen)]
 
 
-def response_table(span, curves):
+def response_table(frequency_range, curves):
     """Table of frequency, and magnitude and phase of each curve; arguments as of `response_blocks`.
 
     Cells are empty where a response is not finite, for example at the pole of an undamped mode.
@@ -140,7 +140,7 @@ def response_table(span, curves):
         suffix = f"_{re.sub('[ ()]', '', curve.unit).replace('/', '_per_')}" if curve.unit else ""
         fields += [Field(f"{before}magnitude{suffix}", f"{title}magnitude", curve.unit)]
         fields += [Field(f"{before}phase_deg", f"{title}phase", "deg")]
-    return Table(tuple(fields), _Rows([field.name for field in fields], FrequencyGrid(*span), curves))
+    return Table(tuple(fields), _Rows([field.name for field in fields], FrequencyGrid(*frequency_range), curves))
 
 
 @dataclass(frozen=True)

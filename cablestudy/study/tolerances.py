@@ -133,7 +133,7 @@ class StudyTolerances:
     response_frequencies: int = 10_000_000  # at most
     listed_names: int = 12  # names that a message lists all, in addition to the nearest one
     cable_states: int = 1000  # of which the poles are found in a second or two
-    delay_right_up_to: int = 20  # times the gondola's frequency: up to there a delay is right at least
+    delay_accurate_up_to: int = 20  # times the gondola's frequency: up to there a delay is accurate at least
     resonant: float = 0.5**0.5  # damping ratio from which a motion has no peak over frequency
     equal_values: float = 1e-9  # relative distance of equal values of cables, of which the first is named
     equal_frequencies: float = 1e-9  # relative distance of equal frequencies

@@ -20,7 +20,7 @@ from cablestudy.cable.damping import any_grows_with_modes
 from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError, SceneError, one_line
 from cablestudy.motion.model_sizes import MODAL
 from cablestudy.scene.scene import missing
-from cablestudy.study.column import DISCRETE, SYSTEM, lacks, value_and_error
+from cablestudy.study.column import DISCRETE, SYSTEM, lacking_key, value_and_error
 from cablestudy.study.columns import find
 from cablestudy.study.compared_models import ACCURACIES, ComparedModel, power, static_value
 from cablestudy.study.pareto import pareto_front
@@ -82,7 +82,7 @@ def columns_to_compare(document, scene, names=None):
         column = kind_of(scene).trade.comparable(scene, _column_of_option(name.strip()))
         if column.name in [other.name for other in columns]:
             raise SceneError(f"--columns: {column.name} is listed twice")
-        reason, key = why_not(scene, column), lacks(scene, column)
+        reason, key = why_not(scene, column), lacking_key(scene, column)
         if reason and key:
             raise missing(document, key, "trade")
         if reason:
@@ -93,7 +93,7 @@ def columns_to_compare(document, scene, names=None):
 
 def _why_left_out(scene, column):
     """Reason for which a default column is left out; empty where it is not."""
-    key = lacks(scene, column)
+    key = lacking_key(scene, column)
     return f"needs the key {key}" if key else _why_no_reference(scene, column)
 
 

@@ -151,6 +151,11 @@ class Trial:
     def modes_of(self, row):
         """Model and modes of finite frequency of one row.
 
+        Parameters
+        ----------
+        row : int
+            Index of the row.
+
         Returns
         -------
         model : RowModel
@@ -171,7 +176,8 @@ class Trial:
             reason = model.layout.equilibrium.stability.reason() or "its stiffness is next to nothing"
             raise NoSolutionError(f"no modes about this equilibrium: {reason}")
         finite = slice(np.count_nonzero(np.isfinite(omega)))  # frequencies ascend
-        shapes = np.concatenate([self._cable_shapes[slice(*self._begin[row : row + 2])], self._body_shapes[row]])
+        begin, end = self._begin[row : row + 2]
+        shapes = np.concatenate([self._cable_shapes[begin:end], self._body_shapes[row]])
         return model, omega[finite], shapes[:, finite], self.truncation_error[row, :, finite]
 
 

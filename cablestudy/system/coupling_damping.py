@@ -234,13 +234,14 @@ class CouplingDamping:
 
         Notes
         -----
-        Two poles p and q in s, with the residues R and S, make one term:
+        Two poles p and q in s, with the residues R and S, are added as one term, in which s - p and s - q lose no
+        digits:
 
             R/(s - p) + S/(s - q) = ((R + S) s - (R q + S p))/((s - p) (s - q)).
 
-        They are the two in s of one pole in x; or, of a real polynomial, conjugate or real ones, so that both
-        coefficients are real. Taken in pairs, differences s - p and s - q lose no digits. Poles of a complex polynomial
-        in s are not paired.
+        A pole in x = s^2 + viscous s is such a pair of poles in s, with S = -R. Of a real polynomial in s the pairs are
+        a pole and its conjugate, or two real poles: both coefficients are then real. Poles of a complex polynomial in s
+        are not paired.
         """
         poles, count = self.pole_sum.poles, residues.shape[1]
         if self._squared:
@@ -249,14 +250,12 @@ class CouplingDamping:
             return lambda s: self.variable(s) * (residues.T @ _of_pairs(*pairs, s))
         if np.iscomplexobj(self.matrices[0]):
             return lambda s: s**2 * (residues.T @ _reciprocal(s - poles[:, None]))
-        upper, real = np.flatnonzero(poles.imag > 0), np.flatnonzero(poles.imag == 0)
-        p, q = (poles[np.append(upper, real[part])] for part in (np.s_[::2], np.s_[1::2]))
-        of_p, of_q = (residues[np.append(upper, real[part])] for part in (np.s_[::2], np.s_[1::2]))
-        q[: len(upper)], of_q[: len(upper)] = q[: len(upper)].conj(), of_q[: len(upper)].conj()
-        both = np.concatenate([(of_p + of_q).real, -(of_p * q[:, None] + of_q * p[:, None]).real], axis=1).T
+        p, q, of_p, of_q = _in_real_pairs(poles, residues)
+        # (R + S) and -(R q + S p) of each pair, shape (2 r, pairs)
+        coefficients = np.concatenate([(of_p + of_q).real, -(of_p * q[:, None] + of_q * p[:, None]).real], axis=1).T
 
         def of_real(s):
-            parts = product(both, _of_pairs(p, q, s))
+            parts = product(coefficients, _of_pairs(p, q, s))
             return s**2 * (s * parts[:count] + parts[count:])
 
         return of_real
@@ -400,6 +399,19 @@ def _solved(matrices, x, rows, columns, n):
         amplitudes = np.linalg.solve(of_modes, _polynomial([matrix[:n] for matrix in by_ends], at))
         value[begin : begin + block] -= _polynomial([matrix[n:, :n][rows] for matrix in matrices], at) @ amplitudes
     return value
+
+
+def _in_real_pairs(poles, residues):
+    """Pair the N poles of a real polynomial, shape (N,), and their residues, shape (N, r): complex ones by conjugates.
+
+    Returns two arrays of N/2 poles p and q, where a pole p above the real axis has its conjugate q and real poles are
+    paired in their order; and two of the residues at p and q, shape (N/2, r).
+    """
+    upper, real = np.flatnonzero(poles.imag > 0), np.flatnonzero(poles.imag == 0)
+    p, q = (poles[np.append(upper, real[part])] for part in (np.s_[::2], np.s_[1::2]))
+    of_p, of_q = (residues[np.append(upper, real[part])] for part in (np.s_[::2], np.s_[1::2]))
+    q[: len(upper)], of_q[: len(upper)] = q[: len(upper)].conj(), of_q[: len(upper)].conj()
+    return p, q, of_p, of_q
 
 
 def _of_pairs(first, second, s):

@@ -344,21 +344,36 @@ class EndsOfLarge(Ends):
         return tuple(array[None] for array in (*basis, forces))
 
     def _residual_vectors(self, system, static, omega, shapes):
-        """Residual vectors of the cable in one plane of motion, a `System`: they replace modes that are not computed.
+        """Residual vectors of the cable in one plane of motion: they stand for the modes that are not computed.
 
-        With U the displacements of the nodes by the ends (`static`), W and Phi the frequencies and mass-normalised
-        shapes of the computed modes, and Phi^T K Phi = W^2, the response of the other modes to the inertia forces M U,
-        and the forces that hold it, are
+        Parameters
+        ----------
+        system : System
+            Stiffness and mass of the plane, of one cable.
+        static : ndarray
+            U: displacements of the nodes in this plane by unit displacements of the ends, see `_static_shapes`.
+        omega : ndarray, shape (n,)
+            W: angular frequencies of the computed modes. [rad/s]
+        shapes : ndarray, shape (nodes, 3, n)
+            Phi: their mass-normalised shapes.
+
+        Returns
+        -------
+        omega : ndarray, shape (k,)
+            Of k independent vectors. [rad/s]
+        shapes : ndarray, shape (nodes, 3, k)
+            Mass-normalised.
+        forces : ndarray, shape (nodes, 3, k)
+            On the nodes, which hold these shapes (K V, scaled as in `_holding_forces`).
+
+        Notes
+        -----
+        With Phi^T K Phi = W^2, the response of the other modes to the inertia forces M U, and the forces that hold it,
+        are
 
             V = K^-1 M U - Phi a,    K V = M U - M Phi W^2 a,    a = Phi^T M K^-1 M U.
 
         The vectors are combinations of the columns of V that are orthonormal for M and orthogonal for K.
-
-        Returns
-        -------
-        tuple of ndarray, shapes (k,), (nodes, 3, k), (nodes, 3, k)
-            Frequencies [rad/s] and mass-normalised shapes of k independent vectors, and the forces on the nodes that
-            hold these shapes (K V, scaled as in `_holding_forces`).
         """
         dynamics, axes = self._dynamics, list(system.axes)
         cable_mass, unit = (dynamics.mass * dynamics.length).item(), self._unit_frequency.item()
@@ -366,7 +381,7 @@ class EndsOfLarge(Ends):
         forces = plane.inertia(static)[1:-1].reshape(plane.dof, -1)
         modes = np.sqrt(cable_mass) * shapes[1:-1, axes].reshape(plane.dof, -1)
         vectors = response = plane.solve(forces)
-        for _ in range(2):  # the second time for what rounding left
+        for _ in range(2):  # twice, since rounding leaves some of the computed modes in the difference
             amplitudes = modes.T @ (plane.mass @ vectors)
             vectors = vectors - modes @ amplitudes
             forces = forces - plane.mass @ (modes @ ((omega / unit)[:, None] ** 2 * amplitudes))

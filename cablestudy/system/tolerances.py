@@ -78,7 +78,7 @@ class SystemTolerances:
     singular_inverse: float = 1e12  # and entry of V^-1, above which A has next to no eigenvectors
     sharp: float = 0.35  # damping ratio below which a pole makes a response sharp over frequency
     # highest frequency above which other poles are taken, over that up to which the first ones are good: approximants
-    # of a delay, whose phase is right to 1e-7 there, are so to 4e-5 at 1.4 times it
+    # of a delay, whose phase is accurate to 1e-7 there, are so to 4e-5 at 1.4 times it
     gap: float = 1.4
     moved_apart: float = 1e-9  # change of poles that coincide then, over their size
     coincident_poles: float = 1e-3  # relative distance of poles up to which they may be one: four of them, by rounding

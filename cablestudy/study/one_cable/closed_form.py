@@ -6,7 +6,7 @@ from math import isnan
 import numpy as np
 
 from cablestudy.study.cable_columns import is_of_one_cable, over_strength
-from cablestudy.study.column import CLOSED, not_finite, shapeless_error
+from cablestudy.study.column import CLOSED, not_finite_error, shapeless_error
 from cablestudy.study.motion_columns import DAMPING_RATIO
 from cablestudy.study.one_cable.asked_modes import AskedModes
 from cablestudy.study.one_cable.models import element_results
@@ -220,7 +220,7 @@ def _refuse_infinite(failures, column, number, unsolved, cases=None):
     """
     for index in np.flatnonzero(~np.isfinite(number)).tolist():
         case = index if cases is None else int(cases[index])
-        _add_failure(failures, case, column.header, unsolved.get(case) or not_finite(column))
+        _add_failure(failures, case, column.header, unsolved.get(case) or not_finite_error(column))
 
 
 def _add_failure(failures, case, header, error):

@@ -10,7 +10,7 @@ import numpy as np
 
 from cablestudy.scene.one_cable import CABLE, GONDOLA, as_suspension
 from cablestudy.study.cable_columns import family_member, is_of_one_cable
-from cablestudy.study.column import attribute, lacks, without_key
+from cablestudy.study.column import attribute, lacking_key, without_key
 from cablestudy.study.columns import find
 from cablestudy.study.motion_columns import check_winch_speed
 from cablestudy.study.one_cable.case import CableCase
@@ -112,7 +112,7 @@ def why_not(scene, column):
     if owner in owners:
         if own_column.without and attribute(scene, own_column.without) is not None:
             return f"{column.name} is of a cable with fixed ends: the scene must not have the key {own_column.without}"
-        if key := lacks(scene, own_column):
+        if key := lacking_key(scene, own_column):
             return without_key(column, key)
         if is_of_one_cable(column) or name_in_one_cable(column.name, bare):
             return ""

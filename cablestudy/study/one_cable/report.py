@@ -3,7 +3,7 @@
 import numpy as np
 
 from cablestudy.study.cable_columns import COLUMNS
-from cablestudy.study.column import CLOSED, lacks
+from cablestudy.study.column import CLOSED, lacking_key
 from cablestudy.study.table import Field, Table
 from cablestudy.study.tolerances import STUDY
 
@@ -18,7 +18,7 @@ def static_table(scene, estimate=False):
     """
     from cablestudy.study.one_cable.rows import evaluate
 
-    columns = [column for column in COLUMNS if column.needs in CLOSED and not lacks(scene, column)]
+    columns = [column for column in COLUMNS if column.needs in CLOSED and not lacking_key(scene, column)]
     row = evaluate(scene, columns, estimate)
     if scene.cable.stress_strain is None:
         return row.table(columns), row

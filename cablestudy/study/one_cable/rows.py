@@ -6,7 +6,7 @@ from cablestudy.errors import ConvergenceError, outcome_of
 from cablestudy.scene.scene import missing
 from cablestudy.study import notes
 from cablestudy.study.cable_columns import is_of_one_cable
-from cablestudy.study.column import lacks
+from cablestudy.study.column import lacking_key
 from cablestudy.study.columns import find
 from cablestudy.study.motion_columns import goes_slack
 from cablestudy.study.one_cable import models
@@ -56,8 +56,8 @@ def evaluate_named(document, scene, names, command, estimate=False):
     """
     columns = [find(name) for name in names]
     for column in columns:
-        if lacks(scene, column):
-            raise missing(document, lacks(scene, column), command)
+        if lacking_key(scene, column):
+            raise missing(document, lacking_key(scene, column), command)
     return columns, evaluate(scene, columns, estimate)
 
 

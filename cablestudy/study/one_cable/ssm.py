@@ -66,7 +66,7 @@ class CableChoice(Choice):
         about = case.end_model, self.chosen, options.residual, nodes
         if not options.attached:
             return state_space(*about)
-        loop, highest = (self.whole.loop, self.right_up_to) if options.attached == "loop" else (None, 0.0)
+        loop, highest = (self.whole.loop, self.delay_accurate_up_to) if options.attached == "loop" else (None, 0.0)
         return state_space(*about, self.gondola, self.location, loop, highest)
 
     @property
@@ -75,13 +75,15 @@ class CableChoice(Choice):
         return self.case.analysis.loop_for_margins
 
     @property
-    def right_up_to(self):
-        """Frequency up to which the delay of the loop is right; 0 without one. [rad/s]"""
+    def delay_accurate_up_to(self):
+        """Frequency up to which the approximated delay of the loop is accurate; 0 without one. [rad/s]"""
         law = self.whole.loop.law
         if not law.delay:
             return 0.0
         highest = self.case.end_model.omega[self.chosen].max(initial=0.0)
-        return min(max(highest, STUDY.delay_right_up_to * 2 * np.pi * self.case.gondola_mode.frequency[0]), law.reach)
+        return min(
+            max(highest, STUDY.delay_accurate_up_to * 2 * np.pi * self.case.gondola_mode.frequency[0]), law.reach
+        )
 
     @property
     def poles(self):
@@ -168,8 +170,8 @@ class CableChoice(Choice):
                 f"(wind.aerodynamic_damping: false leaves it out)"
             )
         if options.attached == "loop" and case.scene.winch.delay:
-            limit = self.right_up_to / (2 * np.pi)
-            notes.append(f"delay: Padé approximants, whose phase is right to 1e-7 up to {limit:.4g} Hz")
+            limit = self.delay_accurate_up_to / (2 * np.pi)
+            notes.append(f"delay: Padé approximants, whose phase is accurate to 1e-7 up to {limit:.4g} Hz")
         strain = case.end_model.strain
         law = "modal" if strain is None else strain.law
         return [*notes, *assumed_damping(case.scene), *DAMPING_IN_STATE_SPACES[law]]

@@ -31,19 +31,19 @@ NO_LOOP = "the gain of the loop is zero: there is nothing to draw"
 
 
 @style.styled
-def loop_margins(closed_loop, span=None):
+def loop_margins(closed_loop, frequency_range=None):
     """Figure of a control loop for the choice of its gain: loop gain L and sensitivity, Nyquist plot and margins.
 
     A loop of one coordinate has magnitude and phase of L over frequency. A loop of several coordinates has the singular
     values of L over frequency, and its eigenvalues in the Nyquist plot.
 
-    `span` is the lowest and highest frequency [Hz] and number of those at equal ratios. Default: about the frequencies
+    `frequency_range` is the lowest and highest frequency [Hz] and number of those at equal ratios. Default: about those
     of the controlled motions and of the stability limit, the gain over 2 pi, and the roll-off of notches.
     NothingToDrawError if the gain is zero.
     """
     if not closed_loop.loop.gain:
         raise NothingToDrawError(NO_LOOP)
-    frequency = drawn_frequencies(closed_loop, span or _span(closed_loop))
+    frequency = drawn_frequencies(closed_loop, frequency_range or _frequency_range(closed_loop))
     value, sensitivity, complementary = curves(closed_loop, frequency)
     alone = len(closed_loop.body.measured) == 1
     heights = (2.2, 1.6, 1.8, 3.2) if alone else (2.2, 1.8, 3.2)
@@ -73,7 +73,7 @@ def _title(closed_loop):
     return f"Loop that holds {closed_loop.body.name} ({held}) by {count} winch{'es' * (count != 1)}: {letters}"
 
 
-def _span(closed_loop):
+def _frequency_range(closed_loop):
     """Default range of frequencies, about those that are marked, and number of points: (low [Hz], high [Hz], int)."""
     marked = [*closed_loop.body.coupled_frequencies, closed_loop.loop.gain / (2 * np.pi)]
     limit, _ = _limit_of(closed_loop)

@@ -2,7 +2,7 @@
 
 from cablestudy.scene.fields import suggestion
 from cablestudy.study.cable_columns import family_member
-from cablestudy.study.column import lacks, without_key
+from cablestudy.study.column import lacking_key, without_key
 from cablestudy.study.columns import COUPLED_MODE, find
 from cablestudy.study.suspension.part_columns import (
     FORCES,
@@ -40,7 +40,7 @@ def why_not(scene, column):
         return _why_not_of_whole(scene, column)
     in_wind = [other.name for other in wind_columns_of(scene, column.name.rpartition(".")[0])]
     if column.name in in_wind:
-        return without_key(column, lacks(scene, column))
+        return without_key(column, lacking_key(scene, column))
     if owner in scene.actuators:
         return f"{owner} has no column {quantity} ({suggestion(column.name, in_wind)})"
     return _why_no_owner(scene, owner) or _why_not_of_owner(scene, owner, column, in_wind)
@@ -94,7 +94,7 @@ def _why_not_of_whole(scene, column):
     if column.name in ("max_utilisation", "max_peak_utilisation") and not strong:
         return f"{column.name} needs the strength or breaking_force of a cable, which the scene does not have"
     if of_whole := next((other for other in WHOLE if other.name == column.name), None):
-        key = "" if of_whole.name == "max_utilisation" else lacks(scene, of_whole)
+        key = "" if of_whole.name == "max_utilisation" else lacking_key(scene, of_whole)
         return without_key(column, key)
     if COUPLED_MODE.fullmatch(column.name):
         return ""

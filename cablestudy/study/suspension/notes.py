@@ -222,8 +222,8 @@ def law_notes(loop):
     if loop.slight_delay:
         yield f"delay of {law.delay:.4g} s: not in poles and state space: it turns no phase that matters by 1e-6 rad"
     elif law.delay:
-        right_up_to = loop.right_up_to / (2 * np.pi)
-        yield f"delay of {law.delay:.4g} s: Padé approximants, whose phase is right to 1e-7 up to {right_up_to:.4g} Hz"
+        accurate = f"accurate to 1e-7 up to {loop.delay_accurate_up_to / (2 * np.pi):.4g} Hz"
+        yield f"delay of {law.delay:.4g} s: Padé approximants, whose phase is {accurate}"
 
 
 def mode_notes(modes):

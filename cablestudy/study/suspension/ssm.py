@@ -137,7 +137,7 @@ def choose(document, scene, options, highest=None):
     if not options.wind:
         pairs_of(options, inputs, outputs)  # raises SceneError before anything is computed
     if options.error is not None:
-        return _fewest(case, options, highest)
+        return _choose_fewest(case, options, highest)
     if options.upto:
         found = case.modes_up_to(options.limit)
         return _choice(case, options, found, found.up_to(options.limit), highest)
@@ -165,8 +165,8 @@ def _choice(case, options, found, chosen, highest):
     return SuspensionChoice(options, case, highest, found, linear_model(case, found.damped, options.wind), chosen)
 
 
-def _fewest(case, options, highest):
-    """Choose the fewest modes that leave out no more than a share, `options.error`, of the inertia: `SuspensionChoice`.
+def _choose_fewest(case, options, highest):
+    """Choose the fewest modes whose neglect leaves out no more than a share of the inertia: `SuspensionChoice`.
 
     The inertia is that between the input and output of the options (`LinearSystem.inertia_share`). Modes with
     coincident frequencies are kept together. The number of modes that are computed is doubled until they suffice.
@@ -175,9 +175,9 @@ def _fewest(case, options, highest):
     ----------
     case : SuspensionCase
     options : StateSpaceOptions
-        With `error`.
+        Its `error` is that share. [-]
     highest : float or None
-        Highest frequency of the response asked for, kept in the choice. [Hz]
+        Highest frequency of a response that is asked for; passed on to the choice. [Hz]
 
     Raises
     ------

@@ -6,7 +6,7 @@ import numpy as np
 
 from cablestudy.errors import SceneError
 from cablestudy.scene.words import counted, first_of
-from cablestudy.study.column import lacks, require
+from cablestudy.study.column import lacking_key, require
 from cablestudy.study.notes import beyond_linear, larger_by_loop, unknown_with_modal_damping
 from cablestudy.study.suspension.part_columns import cable_columns, linear_ranges
 from cablestudy.study.suspension.report import NAME, cells_of, chosen_tables, fields_by_name, table_by_name
@@ -140,7 +140,8 @@ def _cable_columns(name):
 def columns_by_name(scene, table):
     """The columns of each row of a table of ROWS, of those whose keys the scene has: dict of name -> list of Column."""
     names, columns_of = ROWS[table]
-    return {name: [column for column in columns_of(scene, name) if not lacks(scene, column)] for name in names(scene)}
+    columns = {name: columns_of(scene, name) for name in names(scene)}
+    return {name: [column for column in columns[name] if not lacking_key(scene, column)] for name in columns}
 
 
 ROWS = {  # name of a table -> functions: of a scene, the names of the rows; of the scene and such a name, its columns
