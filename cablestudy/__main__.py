@@ -7,7 +7,7 @@ import os
 import signal
 import sys
 
-INTERRUPTED = 130  # exit code, as of the commands
+INTERRUPTED = 130  # exit code, as for the commands
 STANDARD_ERROR = 2  # its number
 ALLOCATED = 5_000  # new objects that begin a search for garbage: modules make many and no garbage (the default is 700)
 
@@ -59,7 +59,7 @@ def main():
 
 
 def _end(*_):
-    """End the process at once: nothing has begun yet, or all is done."""
+    """End the process immediately: nothing has begun yet, or all is done."""
     _StandardError(STANDARD_ERROR, "w", closefd=False).write(b"interrupted\n")
     os._exit(INTERRUPTED)
 

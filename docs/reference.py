@@ -153,7 +153,7 @@ def table_of(heads, rows):
 
 
 def plain(cell):
-    """A cell of a table without markup, but for what is between backquotes."""
+    """A cell of a table without markup, except for what is between backquotes."""
     if cell.startswith(("`", "[`")):
         return cell
     return re.sub(r"([\\|<>*_\[\]{}$])", r"\\\1", cell)

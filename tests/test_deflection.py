@@ -97,7 +97,7 @@ def test_closed_form_statics_move_as_the_continuous_cable():
 @pytest.mark.parametrize(("length", "force"), [
     (400.0, (0.0, 0.0, -0.1)), (1800.0, (0.3, 0.0, -1.0)), (1.0005 * CHORD, (0.0, 0.0, -1e-6)),
     (0.999 * CHORD, (0.0, 0.0, -1e-5)),
-], ids=["slack", "nine times its chord", "next to no load", "taut"])  # fmt: skip
+], ids=["slack", "nine times its chord", "almost no load", "taut"])  # fmt: skip
 def test_deflections_of_the_closed_form_are_within_their_stated_errors(rise, length, force):
     twin = Twin(CHORD, rise, length, 24.2e-6, ((0.37 * length, force),))
     cable = mp.mpf(twin.length), twin.stiffness, twin.mass * G

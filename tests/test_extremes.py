@@ -165,7 +165,7 @@ def test_scenes_that_once_were_wrong_or_warned(seed):
     assert sum(cell.error is not None for cell in cells) > 5
 
 
-# almost inextensible cables (EA 1e10 to 1e20 times the weight) that fold back on themselves, next to no tension there
+# almost inextensible cables (EA 1e10 to 1e20 times the weight) that fold back on themselves, almost no tension there
 LOOPS = [(9200228, "gondola_frequency"), (9200045, "outofplane_frequency_1"), (9200096, "cable_frequency"),
          (9200063, "gondola_frequency")]  # fmt: skip
 

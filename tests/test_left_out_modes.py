@@ -1,6 +1,6 @@
 """RMS in the wind where a wave along a cable lies above the modes of the model: rods in closed form, and more modes.
 
-A cable with next to no weight moves its gondola along x as a rod does, with EA u'' = m u_tt + c u_t and EA (1 + s time)
+A cable with almost no weight moves its gondola along x as a rod does, with EA u'' = m u_tt + c u_t and EA (1 + s time)
 in place of EA; its waves across are the modes that the model has.
 """
 

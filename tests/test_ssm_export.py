@@ -67,7 +67,7 @@ def test_it_is_the_same_in_python_control_and_scipy():
 def test_a_program_that_takes_four_matrices_is_told_what_it_lacks(method):
     with pytest.warns(UserWarning, match=rf"{method}: A, B, C, D lack D1 and D2.*end_1_x and 5 more.*proper=True"):
         getattr(built("cable"), method)()
-    with pytest.warns(UserWarning, match=rf"{method}: A, B, C, D lack D1 and D2.*derivatives of reference add"):
+    with pytest.warns(UserWarning, match=rf"{method}: A, B, C, D lack D1 and D2.*the derivatives of reference on"):
         getattr(built("loop"), method)()
     getattr(built("loop", output="gondola_position"), method)()  # none: any warning fails
     getattr(built("gondola", input="winch", output="gondola_position"), method)()
@@ -75,7 +75,7 @@ def test_a_program_that_takes_four_matrices_is_told_what_it_lacks(method):
 
 def test_a_file_that_is_improper_says_so_and_a_proper_one_does_not(tmp_path):
     done = run("ssm", CARLINA, "--modes", 4, "--out", tmp_path / "a.mat")
-    assert "ss(A, B, C, D) lacks what the derivatives of end_1_x and 5 more add at once" in done.err
+    assert "ss(A, B, C, D) lacks the direct effect of the derivatives of end_1_x and 5 more" in done.err
     assert "note" not in run("ssm", CARLINA, "--modes", 4, "--proper", "--out", tmp_path / "a.mat").err
     assert "--proper" in run("ssm", CARLINA, "--modes", 4, "--explain").err
 

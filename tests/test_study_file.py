@@ -192,10 +192,10 @@ def test_names_in_a_study_are_relative_to_the_study(folder):
         (HEAD + "vary: [{alternative: {' ': {gravity: 1}}}]",
          "3:28: vary.0.alternative. : an alternative needs a name"),
         (HEAD + "vary: [{alternative: {a: {cable.damping: {ratio: 1}, cable.damping.ratio: 2}}}]",
-         "3:75: vary.0.alternative.a.cable.damping.ratio: cannot vary beside cable.damping: one of them contains the "
-         "other"),
+         "3:75: vary.0.alternative.a.cable.damping.ratio: cannot vary together with cable.damping: one of them "
+         "contains the other"),
         (HEAD + "vary: [{alternative: {a: {cable.damping: {ratio: 1}}}}, {cable.damping.ratio: [2]}]",
-         "3:79: vary.1.cable.damping.ratio: cannot vary beside cable.damping: one of them contains the other"),
+         "3:79: vary.1.cable.damping.ratio: cannot vary together with cable.damping: one of them contains the other"),
         (HEAD + "vary: [{alternative: {a: 3, b: {}}}]",
          "3:26: vary.0.alternative.a: expected {key: value, ...}, got 3"),
         (HEAD + "vary: [{alternative: {a: {gravity: 1}}, gravity: [2]}]",

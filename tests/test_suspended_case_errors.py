@@ -244,7 +244,7 @@ def test_light_bodies_and_insulators_in_a_storm_are_within_their_stated_errors(s
 
 @pytest.mark.parametrize("seed", campaign([1, 4, 5, 7], [5]))
 def test_mean_displacements_of_light_bodies_on_slack_cables_are_within_their_stated_errors(seed):
-    """The drag on a slack cable swings to and fro from turn to turn, and bends where it has next to no tension."""
+    """The drag on a slack cable swings to and fro from turn to turn, and bends where it has almost no tension."""
     data = scene_data(seed, storm=True)
     for key in ("case", "cases"):
         del data[key]

@@ -183,7 +183,7 @@ def test_rows_that_are_resumed_or_merged_are_those_of_one_run(tmp_path):
 
 
 def test_a_case_whose_wind_and_attitude_do_not_agree_fails_alone(monkeypatch):
-    """After one equilibrium only next to no wind has come to rest; of the other one no force is left that says more."""
+    """After one equilibrium only almost no wind has come to rest; of the other one no force is left that says more."""
     monkeypatch.setattr(type(WIND), "mean_wind_equilibria", 1)
     speeds = {"vary": [{"wind.speed": [1e-6, 20]}], "set": {"control": None}}
     study = read_study(IN_MEAN_WIND | speeds | {"columns": ["gondola.mean_x"]})

@@ -254,7 +254,7 @@ def test_estimated_errors_of_modes():
     assert (none["errors"], none["rows"]) == ([], [])
 
 
-# A string of 20 m without weight, of two cables with next to nothing between them.
+# A string of 20 m without weight, of two cables with almost nothing between them.
 STRING = """\
 gravity: 0
 cable: {elastic_modulus: 70 GPa, area: 1 mm^2, density: 1440, preload: 100 N,

@@ -31,7 +31,7 @@ BALLOON, NET = (str(SUSPENSIONS / f"{name}.yaml") for name in ("carlina-balloon"
 GONDOLA = ["x", "y", "z", "rx", "ry", "rz"]
 LOADS = ["force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z"]
 
-# A mass of 3 kg free along x between two cables of next to no mass, 2 m and 4 m long, EA 1e5 N, drawn to 500 N: each is
+# A mass of 3 kg free along x between two cables of almost no mass, 2 m and 4 m long, EA 1e5 N, drawn to 500 N: each is
 # a spring EA/L at a unit movement along it.
 BETWEEN = """
 gravity: 0
@@ -400,7 +400,7 @@ def test_what_is_assumed_is_said():
             "--kinds axial",
             "--kinds: no effect: in a coupled mode cables and bodies move in several planes: it is of no",
         ),
-        ("--with loop --no-residual", "--no-residual: no effect: actuators and loop act on static shapes beside"),
+        ("--with loop --no-residual", "--no-residual: no effect: actuators and loop act on static shapes in addition"),
         ("--with loop --wind", "--wind: of a suspension without actuators and loop only"),
         ("--with loop", "control: missing key: 'cablestudy ssm --with loop' needs it"),
         ("--with actuators", "actuators: missing key: 'cablestudy ssm --with actuators' needs it"),

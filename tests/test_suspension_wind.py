@@ -1081,7 +1081,7 @@ def test_the_stated_error_of_the_least_tension_is_true_where_fast_waves_cross_it
         least.append(mean - factor(rate / own / TURN, 600.0) * own)
     shown = case.analysis.rms(["c.tension_from"], "rate", open_loop=False)[0]
     hastened = np.sqrt(true.weighted["rate"][true.rows["c.tension_from"]]) / shown - 1
-    assert hastened > 0.02  # the model has next to nothing of these waves
+    assert hastened > 0.02  # the model has almost nothing of these waves
     assert abs(found / min(least) - 1) < error < 0.03
 
 

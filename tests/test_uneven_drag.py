@@ -38,7 +38,7 @@ CABLES = {
     "veering": (9.49e7, 0.3028, 0.03995, (247.8, 0, 174.9), 10.85e3, {}, 67.5, 2.6032),
     # two loads of many times its weight; without them it is slack, and blown aside: it then gives way far more
     "little": (3.06e3, 0.0056, 0.00144, (7.5, 0, 0.4), 0.6, {0.2: (0, 0, -3.8), 0.33: (0, 0, -17)}, 13, 5.54),
-    # next to no weight
+    # almost no weight
     "thin": (1.0e5, 8e-4, 1.04e-3, (1055.5, 0, -188.8), 887, {}, 378, 1.5708),
 }  # fmt: skip
 

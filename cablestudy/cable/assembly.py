@@ -240,7 +240,7 @@ class System:
 
         S f is the sum of the forces from end 1 to a Gauss point. c is constant along the cable; k is the stiffness of
         its ends, A the change of the gradient r' per tension vector, w the weight of a Gauss point. (EA times the
-        strain is as much in exact arithmetic, but for an almost inextensible cable only rounding would be left.)
+        strain is as much in exact arithmetic, except for an almost inextensible cable only rounding would be left.)
 
         Parameters
         ----------
@@ -302,7 +302,7 @@ class System:
         return inertia(self.state.mesh, movements)
 
     def bare_inertia(self, movements):
-        """M u as of `inertia`, without the point masses on the cable."""
+        """M u as in `inertia`, without the point masses on the cable."""
         return inertia(self.state.mesh.bare, movements)
 
 

@@ -15,7 +15,7 @@ Methods in Applied Mechanics and Engineering 152(1-2), 211-217.
 import numpy as np
 
 ROUNDING = 4 * np.finfo(float).eps  # least width of a bracket, relative to the zero in it
-MINIMUM_ROUNDING = np.sqrt(np.finfo(float).eps)  # relative error of the argument of a minimum by rounding
+MINIMUM_ROUNDING = np.sqrt(np.finfo(float).eps)  # relative error of the argument of a minimum due to rounding
 SMALLER_PART = 1.5 - 0.5 * 5**0.5  # of an interval in the golden section
 TINY = np.finfo(float).tiny  # a value as small counts as zero; 4 times it is the least width of a bracket about zero
 
@@ -94,7 +94,7 @@ def minima_between(function, low, middle, high, index, width=TINY, rtol=MINIMUM_
     index : ndarray of int, shape (n,)
         Indices of the n functions, which `function` is called with.
     width, rtol : float
-        Absolute and relative accuracy of the argument x: a search ends where both intervals beside it are at most
+        Absolute and relative accuracy of the argument x: a search ends where both intervals next to it are at most
         2 (width + rtol |x|) wide.
     settled : float
         Relative difference of values that count as equal.

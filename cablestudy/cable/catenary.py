@@ -207,7 +207,7 @@ class Catenary(SegmentedCable):
 
     @property
     def folded(self):
-        """True where a cable has next to no tension somewhere, shape (...): it has no stiffness about this form."""
+        """True where a cable has almost no tension somewhere, shape (...): it has no stiffness about this form."""
         return self.min_tension <= CABLE.folded * self.max_tension
 
     def at(self, position):
@@ -218,7 +218,7 @@ class Catenary(SegmentedCable):
 
             r = L ((1 + chord strain) position e + d)
 
-        with the unit vector e along the chord; the chord strain is the length of the chord over L, less 1.
+        with the unit vector e along the chord; the chord strain is the length of the chord over L, minus 1.
 
         Parameters
         ----------
@@ -243,7 +243,7 @@ class Catenary(SegmentedCable):
         return np.stack(displacement, axis=-1), self._tension_of(middle, half_weight)
 
     def tension_at(self, position):
-        """Tension vector along the cable as of `at`, shape (..., j, 3). [N]"""
+        """Tension vector along the cable as in `at`, shape (..., j, 3). [N]"""
         _, middle, half_weight, _ = self._pieces(position)
         return self._tension_of(middle, half_weight)
 
@@ -288,7 +288,7 @@ class Catenary(SegmentedCable):
 
     @cached_property
     def _segment_begins(self):
-        """Displacement at end 1 of each segment as of `at`, 3 ndarrays of shape (..., k). [-]"""
+        """Displacement at end 1 of each segment as in `at`, 3 ndarrays of shape (..., k). [-]"""
         cosine, sine = self._angles
         strains, _ = extension(self.tension, self.segments.weight, self._axial_stiffness, cosine, sine)
         of_chord, begins = (np.asarray(self.span.chord_strain)[..., None], 0, 0), []
@@ -367,7 +367,7 @@ def solve(span, tension=None):
 
 
 def solve_each_once(span):
-    """Equilibria of a batch of shape (n, ...) as of `solve`, those of rows that are equal to the last digit once."""
+    """Equilibria of a batch of shape (n, ...) as in `solve`, those of rows that are equal to the last digit once."""
     keys = row_keys(span.broadcast().arrays.values())
     index = dict(zip(reversed(keys), reversed(range(len(keys))), strict=True))  # of the first row with these numbers
     if len(index) == len(keys):

@@ -74,7 +74,7 @@ class ElementResidual:
     force : ndarray, shape (...)
         Unit of force. [N]
     nodal : ndarray, shape (..., nodes, 3), optional
-        Dead loads on the nodes beside weight and point loads. [N]
+        Dead loads on the nodes, besides weight and point loads. [N]
 
     Notes
     -----
@@ -108,7 +108,7 @@ class ElementResidual:
         t = force / tension[..., None]
         sine_squared = (t[..., 1:] ** 2).sum(axis=-1)  # of the angle between tangent and chord
         forward = t[..., 0] > 0
-        # component of t along the chord, less 1: without cancellation where it is nearly 1
+        # component of t along the chord, minus 1: without cancellation where it is nearly 1
         shortening = np.where(forward, -sine_squared / np.where(forward, 1 + t[..., 0], 1.0), t[..., 0] - 1)
         slope = (self.axial * tension)[..., None] * t
         slope[..., 0] += shortening
@@ -131,7 +131,7 @@ class ElementResidual:
         return np.maximum(np.sqrt((step**2).sum(axis=0)) / largest, transverse)
 
     def rounding(self, step):
-        """Error of the slope along a step by rounding of the residual, shape (...)."""
+        """Error of the slope along a step due to rounding of the residual, shape (...)."""
         return 1e-15 * np.abs(self.chord[..., 0] * step[0]) + 1e-16 * np.abs(step).max(axis=0)
 
     def slack(self, point):

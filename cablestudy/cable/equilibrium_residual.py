@@ -101,13 +101,14 @@ class EquilibriumResidual:
         return np.maximum(whole_change, transverse_change)
 
     def rounding(self, step):
-        """Error of the slope along a step by rounding of the residual, shape (...)."""
+        """Error of the slope along a step due to rounding of the residual, shape (...)."""
         return 1e-15 * np.abs(self.strain * step[0])  # rounding of the chord strain in the residual
 
     def start(self, span):
         """A first tension vector, shape (3, ...); of a vertical cable the horizontal tension H is next to zero. [N]
 
-        H is not zero: where such a cable is slack and folded, its stiffness is H^2 over a number that goes as H^2.
+        H is not zero: where such a cable is slack and folded, its stiffness is H^2 over a number that is proportional
+        to H^2.
         """
         q, n, y = (np.broadcast_to(component, self.shape).astype(float) for component in _first_tension(span))
         almost_nothing = -1e-100 * np.sign(span.sine) * (np.abs(q) + self.load)

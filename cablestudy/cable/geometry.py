@@ -93,7 +93,8 @@ def midspan(cable):
         beyond = (points_along(cable, position[..., None])[..., 0, :2] * along_run).sum(axis=-1) - run / 2
         return beyond.flat[index]
 
-    sloping = np.flatnonzero(run > 1e-9 * np.asarray(cable.span.chord))  # others have no run to halve, but for rounding
+    # others have no run to halve, except for rounding
+    sloping = np.flatnonzero(run > 1e-9 * np.asarray(cable.span.chord))
     position.flat[sloping] = zeros_between(beyond_half, np.zeros(len(sloping)), np.ones(len(sloping)), sloping)
     return position
 
@@ -251,7 +252,7 @@ def clearance(cable, end_1, ground):
     candidates.append(_crossings(cable, x[summits] - end_1[0]))
     points = points_along(cable, np.concatenate(candidates)) + np.asarray(end_1)
     low, high = points[:, 0].min(), points[:, 0].max()
-    if low < x[0] - 1e-9 * (high - low) or high > x[-1] + 1e-9 * (high - low):  # but for rounding
+    if low < x[0] - 1e-9 * (high - low) or high > x[-1] + 1e-9 * (high - low):  # except for rounding
         raise NoSolutionError(
             f"the ground is known from x = {x[0]:.6g} m to {x[-1]:.6g} m, the cable is from {low:.6g} m to {high:.6g} m"
         )

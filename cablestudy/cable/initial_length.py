@@ -1,7 +1,7 @@
 """Initial length: the unstretched length of a cable with a given tension or a given sag (form finding).
 
 The tension is the mean, horizontal or largest one, or that at an end (`TENSIONS`). The unknown is the chord strain:
-chord over unstretched length, less 1. Of two lengths with the same tension the shorter one is meant.
+chord over unstretched length, minus 1. Of two lengths with the same tension the shorter one is meant.
 """
 
 from functools import lru_cache, partial
@@ -34,7 +34,7 @@ TENSIONS = {
 def shorter_strain_for_tension(span, tension, at="mean"):
     """Find the chord strain, and so the unstretched length, with which a taut cable has a stated tension.
 
-    The chord strain is chord over unstretched length, less 1. Above the least tension over all lengths, two lengths
+    The chord strain is chord over unstretched length, minus 1. Above the least tension over all lengths, two lengths
     have the same tension: the shorter one is meant.
 
     Parameters
@@ -122,7 +122,7 @@ def strains_for_tension(span, tension, at="mean"):
 
 
 def no_strain_for_sag(_, sag):
-    """Raise NoSolutionError for a sag that no length of a cable gives, as of a weightless one."""
+    """Raise NoSolutionError for a sag that no length of a cable gives, as for a weightless one."""
     raise NoSolutionError(f"no unstretched length gives a sag of {sag:.6g} m")
 
 
@@ -131,7 +131,7 @@ def strains_for_sag(span, sag):
     depth = sag * span.cosine / span.chord
     horizontal = span.weight_per_length * span.chord**2 / (8 * sag)
     guess = horizontal / span.axial_stiffness - 8 / 3 * depth**2
-    # of a deep sag as of two straight halves, since the parabola is right for little sag only
+    # of a deep sag as for two straight halves, since the parabola is right for little sag only
     guess = np.where((depth > 0.2) | (guess < -0.5), 1 / np.hypot(1.0, 2 * depth) - 1, guess)
 
     def excess(strain, index):

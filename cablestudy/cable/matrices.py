@@ -109,7 +109,7 @@ def dense(matrix):
 
 
 def only_dissipates(losses):
-    """True if a damping matrix is symmetric and has no negative eigenvalue, but for rounding."""
+    """True if a damping matrix is symmetric and has no negative eigenvalue, except for rounding."""
     rounding = CABLE.loss_rounding * np.abs(losses).max(initial=0.0)
     if np.abs(losses - losses.T).max(initial=0.0) > rounding:
         return False

@@ -61,9 +61,9 @@ def mesh_segments(fractions, elements, order=1, mass="lumped", point_masses=()):
 def pieces(fractions, singularities):
     """Divide a cable into pieces, short where its tension T(s) changes sharply, so that one element suits each piece.
 
-    On a segment T(s) is analytic but for a complex point s0 and its conjugate. A piece is halved if it is longer than
-    the distance from its middle to s0 and than `CABLE.shortest_piece`. The error of the polynomials on a piece then
-    falls geometrically with their order.
+    On a segment T(s) is analytic except for a complex point s0 and its conjugate. A piece is halved if it is longer
+    than the distance from its middle to s0 and than `CABLE.shortest_piece`. The error of the polynomials on a piece
+    then falls geometrically with their order.
 
     Parameters
     ----------

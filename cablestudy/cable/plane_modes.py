@@ -189,7 +189,7 @@ def _overlap(system, shapes, others):
 def _mirror(system, shapes):
     """Shapes reflected at mid-length, across the chord."""
     position = system.state.mesh.node_positions
-    if np.abs(position + position[::-1] - 1).max() < 1e-9:  # a mirror image but for rounding
+    if np.abs(position + position[::-1] - 1).max() < 1e-9:  # a mirror image except for rounding
         mirrored = shapes[..., ::-1, :, :].copy()
     else:  # point loads make the mesh unsymmetric
         from scipy.interpolate import make_interp_spline

@@ -22,7 +22,7 @@ class State(SegmentedCable):
     displacement: np.ndarray  # of the nodes from the chord, in unstretched lengths, shape (..., nodes, 3) [-]
     force: np.ndarray  # reference force, shape (...) [N]
     mirror_symmetric: bool  # whether each cable, with its elements, is its own mirror image at mid-length
-    uneven: np.ndarray | None = None  # load on each element beside weight and point loads, shape (..., n, 3) [N]
+    uneven: np.ndarray | None = None  # load on each element besides weight and point loads, shape (..., n, 3) [N]
 
     def take(self, index):
         """`State` of one cable of a batch, or of several."""
@@ -107,7 +107,7 @@ def interpolate(state, positions):
 def _displacement(mesh, displacement, element, local):
     """Displacements at positions in elements, shape (..., j, 3), interpolated from those of the nodes.
 
-    `element` and the position `local` in it, both of shape (..., j), are as of `Mesh.located`.
+    `element` and the position `local` in it, both of shape (..., j), are as in `Mesh.located`.
     """
     nodes = mesh.element_nodes[element]  # shape (..., j, p + 1)
     nodal = np.take_along_axis(displacement, nodes.reshape(*nodes.shape[:-2], -1, 1), axis=-2)
@@ -149,7 +149,7 @@ def sag(state, start):
         return vector[:, 0] * cosine[index] - vector[:, 1] * sine[index]
 
     position, all_cables = np.array(start, dtype=float), np.arange(len(stretch))
-    # neither upright, where no distance is horizontal, nor already there, but for rounding
+    # neither upright, where no distance is horizontal, nor already there, except for rounding
     unsolved = np.flatnonzero((cosine > 1e-9) & (np.abs(horizontal_distance(position, all_cables)) > 1e-16))
     if len(unsolved):
         ends = np.zeros(len(unsolved)), np.ones(len(unsolved))

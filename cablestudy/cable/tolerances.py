@@ -27,7 +27,7 @@ class CableTolerances:
     symmetric_overlap: float = 0.8
     # relative distance of frequencies below which the shapes of an eigen-solution are arbitrary
     coincident_modes: float = 1e-12
-    lowest_frequency: float = 4e-16  # relative error of the lowest frequency by rounding; it grows with the frequency
+    lowest_frequency: float = 4e-16  # relative rounding error of the lowest frequency; it grows with the frequency
     cached_basis_freedoms: int = 200  # free displacements up to which bases are cached
 
     # ------------------------------------------------------------------ equilibrium and unstretched length
@@ -36,7 +36,7 @@ class CableTolerances:
     uneven_load_steps: int = 60  # largest number of equilibria until a load that depends on them agrees with them
     uneven_load_change: float = 1e-13  # change of such a load, over the largest tension, below which it agrees
     distance_rounding: float = 1e-13  # relative to the chord: shorter distances are rounding
-    level_chord: float = 1e-12  # component of the direction of a chord: what is less is zero but for rounding
+    level_chord: float = 1e-12  # component of the direction of a chord: what is less is zero except for rounding
     coincident_loads: float = 1e-9  # share of the length within which point loads coincide
     # search for the chord strain with which a cable has a tension or a sag
     length_steps: int = 120  # within a bracket
@@ -46,7 +46,7 @@ class CableTolerances:
     length_first_secant: float = 1e-6  # the first one over the guess,
     length_last_step: float = 4e-16  # and the last one over the strain
     length_zero: float = 4e-16  # value of the function that is as good as zero
-    mean_tension_rounding: float = 1e-12  # relative error of a mean tension by rounding
+    mean_tension_rounding: float = 1e-12  # relative error of a mean tension due to rounding
     loosest_strain: float = 1 / 1000 - 1  # chord strain of a cable a thousand chords long,
     tautest_strain: float = 1e3  # and of one that is stretched to a thousand times its length
     linear_difference: float = 0.05  # relative difference of the restoring force from its linear part

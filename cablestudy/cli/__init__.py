@@ -19,7 +19,7 @@ class OneLine(Grouped):
     """A group of commands whose usage errors are one line each, like all other errors."""
 
     def main(self, *arguments, standalone_mode=True, **options):
-        """Run the command line, arguments as of `click.Group.main`, and end the program with its exit code."""
+        """Run the command line, with the arguments of `click.Group.main`, and end the program with its exit code."""
         words = arguments[0] if arguments else options.get("args")
         options["obj"] = {"words": list(sys.argv[1:] if words is None else words)}  # for messages that repeat them
         if not standalone_mode:

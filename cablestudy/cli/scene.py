@@ -81,7 +81,7 @@ def static(scene, sets, case, shape, limits, name, locus, form, style, plot, exp
 
 
 def check_options_of_static(given):
-    """Refuse options of the command `static` that have no effect beside others: SceneError.
+    """Refuse options of the command `static` that have no effect together with others: SceneError.
 
     `given` is a dict of the name of each option -> its value; None, or False, where it is not given.
     """
@@ -179,7 +179,7 @@ def report(path, sets, vary, case, out, title, columns, where, jobs, quiet):
 @SET
 @ONE_CASE
 @FORMAT
-@click.option("--columns", "names", metavar="A,B,...", help="Columns beside it. Default: tensions, sag and length.")
+@click.option("--columns", "names", metavar="A,B,...", help="Further columns. Default: tensions, sag and length.")
 @QUIET
 @announced
 def find(scene, goal, by, between, names, sets, case, style, quiet):

@@ -100,7 +100,7 @@ def compute(run, words):
 def finish(study, run, style, plot, command, select, indices=False, tolerances=None, differing=0):
     """Write and print the table of a complete `Run`, or compare it with the stored table; return the exit code.
 
-    The `command` as typed is for the record beside the written table. `select`, of `Study.selection`, makes of the
+    The `command` as typed is for the record next to the written table. `select`, of `Study.selection`, makes of the
     table the rows that are drawn and printed, or Sobol's `indices` in their place. With `tolerances`, of
     `Study.tolerances`, the table is compared with the stored one within them, and not printed; `differing` is the
     number of differences that are printed already: columns that are only in one of the tables, or renamed.

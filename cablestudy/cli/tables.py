@@ -33,7 +33,7 @@ class Style(str):
         return table if self.digits is None else replace(table, digits=self.digits)
 
     def columns_of(self, table):
-        """`columns`; none for a table of names and their status alone, as of load cases that all have no answer."""
+        """`columns`; none for a table of names and their status alone, as for load cases that all have no answer."""
         return self.columns if any(not (field.label or field.kept) for field in table.fields) else ()
 
 

@@ -67,7 +67,7 @@ class StableGains:
     loop_gain : callable
         L over the gain: s, shape (f,) -> shape (f, k, k).
     poles : ndarray
-        Poles without control, all stable: L changes fast beside them. [rad/s]
+        Poles without control, all stable: L changes fast near them. [rad/s]
     notches : tuple of (Notch or None)
     law : Law
     most : float
@@ -158,7 +158,7 @@ class StableGains:
         return float(self._largest[self.curve.omega > omega].max(initial=0.0))
 
     def frequencies(self, gain):
-        """Frequencies of the curve, and beside poles of the loop with a gain [rad/s], ascending, shape (f,). [rad/s]"""
+        """Frequencies of the curve, and near poles of the loop with a gain [rad/s], ascending, shape (f,). [rad/s]"""
         return self._closed_loop_curve(gain).omega
 
     def _closed_loop_curve(self, gain):

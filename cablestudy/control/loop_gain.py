@@ -85,7 +85,7 @@ class LoopGain:
 
     @staticmethod
     def stiffness_and_forces(loop_gains, row, s):
-        """Z, shape (f, d, d), and F, shape (f, d, i), as of `of_rows`; of k = 0 too."""
+        """Z, shape (f, d, d), and F, shape (f, d, i), as in `of_rows`; of k = 0 too."""
         by_cables = np.concatenate([loop_gains[number]._by_cables(s[part]) for number, part in _parts(row)])
         bodies = stack([one.bodies for one in loop_gains]).dynamic_stiffness_of_rows(row, s)
         winch_loads, count = np.array([one.winch_loads for one in loop_gains])[row], bodies.shape[-1]

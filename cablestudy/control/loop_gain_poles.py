@@ -45,7 +45,7 @@ def poles_of_modes(loop_gains, modes):
         s^2 + c s + W^2 = W^4 w^T Z_r^-1 w.
 
     Z_r is the dynamic stiffness of the bodies and all cables without this mode, w the coupling of the mode to the
-    bodies; the module's docstring defines X. Z_r and X are computed once, at an s beside i W: at i W the resonance of
+    bodies; the module's docstring defines X. Z_r and X are computed once, at an s near i W: at i W the resonance of
     the mode dominates, and subtracting it would leave little of Z_r but rounding.
     """
     found = [None] * len(loop_gains)
@@ -71,7 +71,7 @@ def _batches(loop_gains, rows):
     of_batches = batches(rows, lambda row: loop_gains[row].signature, lambda row: len(loop_gains[row].bodies))
     for indices in of_batches:
         members = [loop_gains[index] for index in indices]
-        for loop_gain in members:  # whoever asks for poles asks for the loop gain beside them next
+        for loop_gain in members:  # whoever asks for poles asks for the loop gain near them next
             loop_gain.find_pole_sums()
         yield indices, members
 
@@ -92,7 +92,7 @@ def _held_and_driven(loop_gains, row, omega, decay, w, by_winches):
     `_arrays_of_modes`.
     """
     aside = CONTROL.half_widths_aside * np.maximum(decay, CONTROL.least_half_width * omega)
-    s, rate = 1j * (omega + aside), 2 * decay  # beside i W, and c
+    s, rate = 1j * (omega + aside), 2 * decay  # near i W, and c
     stiffness, winch_forces = LoopGain.stiffness_and_forces(loop_gains, row, s)  # Z and F
     of_mode_alone = s**4 / (omega**2 + s * (s + rate))
     without_mode = stiffness + of_mode_alone[:, None, None] * w[:, :, None] * w[:, None, :]  # Z_r
@@ -108,7 +108,7 @@ def _held_and_driven(loop_gains, row, omega, decay, w, by_winches):
 def narrow_poles(loop_gains, estimates, starts, errors):
     """Find poles, without gain, whose resonances are narrower than the errors of their estimates.
 
-    A loop gain has a resonance about as wide as the decay of its pole. Frequencies beside an estimate of the pole miss
+    A loop gain has a resonance about as wide as the decay of its pole. Frequencies near an estimate of the pole miss
     it if the estimate is off by more than this width.
 
     Parameters

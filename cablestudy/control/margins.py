@@ -27,8 +27,8 @@ from cablestudy.errors import NoSolutionError
 from cablestudy.system.together import batches, computed_together
 
 SHIFTS = np.array([0.0, 0.5])  # of S by multiples of I: for the peak of the sensitivity, and for the disk margin
-# bound, where the loop gain is small, on how far a peak at or beside a frequency lies above the size of I, over that of
-# S - I there: a peak beside a frequency is at most `peak_reach` times its visible height higher
+# bound, where the loop gain is small, on how far a peak at or near a frequency lies above the size of I, over that of
+# S - I there: a peak near a frequency is at most `peak_reach` times its visible height higher
 PEAK_OVER_DEVIATION = 2 * (1 + 2 * CONTROL.peak_reach)
 
 
@@ -125,7 +125,7 @@ class Margins:
         large = gain == CONTROL.small_gain
         value[large] = _size(self._sensitivity[large], shift)
         highest_known = value.max(initial=size_of_identity)
-        # bound on a peak at or beside each frequency, above the size of I: S is needed where it may be the highest
+        # bound on a peak at or near each frequency, above the size of I: S is needed where it may be the highest
         reach = PEAK_OVER_DEVIATION * deviation + CONTROL.flat_peak * highest_known
         may_be_highest = ~large & (reach >= highest_known - size_of_identity)
         value[may_be_highest] = _size(self._sensitivity[may_be_highest], shift)
@@ -342,7 +342,7 @@ def gain_of_peak(unit_gain, omega, peak, most):
             index = np.searchsorted(omega, top)
             omega, value = np.insert(omega, index, top), np.insert(value, index, loop_gain_at(np.array([top])), axis=0)
         inverse, peak_omega = largest_at(partial(_next_below, peak), gain)
-        gain = 1 / max(inverse, (1 + CONTROL.peak_reached) / gain)  # rounding may hide a gain that is all but reached
+        gain = 1 / max(inverse, (1 + CONTROL.peak_reached) / gain)  # rounding may hide a gain that is nearly reached
     else:
         raise NoSolutionError(f"no gain with a sensitivity of at most {peak:g} was found in {CONTROL.gain_steps} steps")
     return gain, peak_omega

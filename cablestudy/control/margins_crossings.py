@@ -182,7 +182,7 @@ def _by_secant(functions, brackets, is_single, growth):
     omega, value, width = pairs.omega[:, 1], pairs.values[:, 1], high - low
     values = np.stack([value, value + brackets.slope * width], axis=1)
     located = Crossings(brackets.row, np.stack([omega, omega + width], axis=1), values)
-    if is_single:  # beside a narrow pole the rounding of the loop gain may be all that is left of its imaginary part
+    if is_single:  # near a narrow pole the rounding of the loop gain may be all that is left of its imaginary part
         return located
     rounding = 2 * last_step * np.abs(brackets.slope)
     return located.take(np.abs(value.imag) <= CONTROL.crossing_real * np.abs(value) + rounding)

@@ -10,7 +10,7 @@ ASIDE = np.array([0.6, 2.0, 6.0])  # distances from a pole, in its half-widths
 
 
 def frequencies(poles, notches=(), law=INTEGRATOR):
-    """First grid of frequencies for a loop gain: equal ratios over all decades, denser beside poles and for a delay.
+    """First grid of frequencies for a loop gain: equal ratios over all decades, denser near poles and for a delay.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ def highest(function, curves, equal=0.0):
     for number, (omega, value) in enumerate(curves):
         index = int(np.argmax(value))
         found.append((float(value[index]), float(omega[index])))
-        # how much higher than a value a peak beside it may be
+        # how much higher than a value a peak near it may be
         reach = np.maximum(CONTROL.flat_peak * np.abs(value[index]), CONTROL.peak_reach * _visible_height(value))
         low, top, high = _peaks(omega, value, value + reach >= value[index])
         brackets.append((low, top, high, np.full(len(top), number)))
@@ -122,7 +122,7 @@ def maxima(function, low, top, high, *which):
     width = high - low
 
     def negative(offset, index):
-        """Negative of the function beside the tops of some maxima, at offsets over their widths."""
+        """Negative of the function near the tops of some maxima, at offsets over their widths."""
         return -function(top[index] + offset * width[index], *(argument[index] for argument in which))
 
     # offsets from the top in place of frequencies: a peak may be a billionth of its frequency wide
@@ -151,8 +151,8 @@ def _polished_maxima(function, height, omega, width, which):
 def passages(function, curves):
     """Find the zeros of n functions of frequency with k values each, such as the crossovers of a loop gain.
 
-    A zero lies between two given values of different signs. Two zeros lie beside an extremum that passes zero between
-    given values of one sign.
+    A zero lies between two given values of different signs. Two zeros lie on both sides of an extremum that passes zero
+    between given values of one sign.
 
     Parameters
     ----------

@@ -69,7 +69,7 @@ def nearby_margins(known, unit_gain):
 
 
 def _check_first_order(slope, curvature, shift, change):
-    """Raise `_DifferenceError` unless terms of second order are small, beside the slope and beside `change`.
+    """Raise `_DifferenceError` unless terms of second order are small compared with the slope and with `change`.
 
     `change` is the change of the sought value by `shift`; its part of second order is curvature times shift^2.
     """

@@ -64,7 +64,7 @@ def state_space(model, chosen=None, residual=True, nodes=None, gondola=None, loc
 
         Outputs: position and velocity of a gondola; the six forces that hold the ends against the cable alone; with a
         loop the movement of the winch. The forces depend on derivatives of imposed displacements too (D1, D2). The
-        gondola's position does not, unless the law of a loop passes the reference on to the winch at once.
+        gondola's position does not, unless the law of a loop passes the reference on to the winch directly.
     """
     chosen = np.arange(len(model.omega)) if chosen is None else np.asarray(chosen, dtype=int)
     system, free_cable = linear_system(model, chosen, residual, nodes, gondola, location)

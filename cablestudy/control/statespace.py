@@ -74,7 +74,7 @@ class StateSpace:
 
     @property
     def improper(self) -> list[str]:
-        """Inputs whose velocity or acceleration acts on an output at once (D1, D2): list of str."""
+        """Inputs whose velocity or acceleration acts on an output directly (D1, D2): list of str."""
         acting = np.concatenate(self.derivatives).any(axis=0)
         return [name for name, does in zip(self.input_names, acting, strict=True) if does]
 
@@ -82,8 +82,8 @@ class StateSpace:
         """Warn that A, B, C, D lack D1 and D2."""
         if self.improper:
             warnings.warn(
-                f"{method}: A, B, C, D lack D1 and D2, what the derivatives of {first_of(self.improper)} add to the "
-                f"outputs at once; state_space(proper=True) has them, with accelerations as inputs",
+                f"{method}: A, B, C, D lack D1 and D2, the direct effect of the derivatives of "
+                f"{first_of(self.improper)} on outputs; state_space(proper=True) has them, with acceleration as input",
                 stacklevel=3,
             )
 
@@ -193,7 +193,8 @@ def state_space_of(system, second_order=None, loop=None, measured=(), actuators=
     actuators : sequence of Actuator
         Reaction masses and wheels of the system.
     added : bool
-        True for further inputs, after the references: the lengths that winches reel in beside what the loop commands.
+        True for further inputs, after the references: the lengths that winches reel in, in addition to what the loop
+        commands.
 
     Returns
     -------
@@ -216,7 +217,7 @@ def state_space_of(system, second_order=None, loop=None, measured=(), actuators=
         raise NoSolutionError(MASSLESS_MOTION) from None
     state_rate, output_rows = rows.state_rate, rows.outputs
     states, inputs, outputs = _states(system, actuators), list(system.inputs), [*system.outputs]
-    if loop:  # the forces act on outputs at once, and the lengths reeled in come after the outputs of the system
+    if loop:  # the forces act on outputs directly, and the lengths reeled in come after the outputs of the system
         end = len(state_rate) + len(measured) + len(inputs)  # of the columns of x and u
         output_rows[:count, end - forces.shape[1] : end] += direct
         output_rows = np.insert(output_rows, count, rows.reeled, axis=0)

@@ -121,7 +121,7 @@ def suspension_systems(parts):
     Notes
     -----
     A winch moves the end of its cable, which gives the input matrices B0, B1 and B2 of its displacement, speed and
-    acceleration. It also changes the loads on the bodies at once, by the weight that it takes off the cable
+    acceleration. It also changes the loads on the bodies directly, by the weight that it takes off the cable
     (`WinchedEnds.lifted`) and by the lever arm of the cable's force (`moments`), which is added to B0. Loads on bodies
     and points follow the winches among the inputs.
     """
@@ -154,7 +154,7 @@ def suspension_systems(parts):
 def _with_moved_ends(parts, matrices, connection, movements):
     """`LinearSystem` of n suspensions, whose inputs are the displacements of cable ends by winches, without outputs.
 
-    Arguments as of `_outputs`; `movements` is H, shape (n, 6 c, i), see `WinchedEnds`.
+    Arguments are those of `_outputs`; `movements` is H, shape (n, 6 c, i), see `WinchedEnds`.
     """
     layouts = [row.layout for row in parts]
     if layouts[0].large:  # of one row, and sparse
@@ -281,7 +281,7 @@ def _tensions(matrices, connection, ends, modal):
     of a cable, its end displacements u = G x + H v and its matrices A = K, C, M for j = 0, 1, 2, the j-th derivatives
     of q, x and v add t^T (A_uq q + A_uu u). A winch takes the weight of the length v off its own end: the component of
     this force (`ends.lifted`) along t is subtracted from D_0. `modal` is the number of modal amplitudes of all cables;
-    other arguments as of `_outputs`.
+    other arguments are those of `_outputs`.
     """
     along = np.zeros((*ends.direction.shape[:-1], 6))  # from forces on both ends of each cable to tensions
     along[..., 0, :3], along[..., 1, 3:] = ends.direction[..., 0, :], ends.direction[..., 1, :]

@@ -119,11 +119,11 @@ class TimeResponse:
     winch, winch_speed : ndarray, shape (m, i)
         Movement of each winch by the loop, without the step of a winch that is the input. [m], [m/s]
     speed_at_jump : ndarray, shape (i,)
-        Speed of each winch at once after a jump of the input at time zero, or, with a delay, when that has passed;
+        Speed of each winch immediately after a jump of the input at time zero, or, with a delay, when that has passed;
         no point of time may be there. [m/s]
     errors : ndarray, shape (3,)
-        Estimated errors by modes that are left out, and by approximated delays: of the displacement, over the largest
-        one, and of movements and of speeds of winches, over the largest of all winches. [-]
+        Estimated errors due to modes that are left out, and to approximated delays: of the displacement, over the
+        largest one, and of movements and of speeds of winches, over the largest of all winches. [-]
     final : float
         The measured displacement after a long time of a constant input of one; nan without a loop. [m] or [rad]
     """

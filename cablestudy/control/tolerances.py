@@ -37,7 +37,7 @@ class ControlTolerances:
 
     # damping of ends and modes over the sum of its terms' sizes, up to which it is rounding: they cancel to some eps
     cancelled_damping: float = 1e-14
-    # what the velocity of an input adds to an output at once, likewise: of displacements it is nothing
+    # what the velocity of an input adds to an output directly, likewise: of displacements it is nothing
     cancelled_velocity: float = 1e-13
 
     # -------------------------------------------------------------------------- delay and its approximants
@@ -119,9 +119,9 @@ class ControlTolerances:
     # distance of the values by which the highest one is found to rounding, over that of frequencies
     stencil: float = 1e-3
     # relative change of eigenvalues, and shift of a crossing over the width of its pole, up to which margins and the
-    # largest gain of a loop gain are sought beside those of another one
+    # largest gain of a loop gain are sought near those of another one
     nearby_change: float = 0.05
-    nearby_bend: float = 0.2  # share of terms of second order, beside those of first order, up to which these suffice,
+    nearby_bend: float = 0.2  # terms of second order over those of first order, up to which these suffice,
     nearby_rounding: float = 1e-9  # and the relative size below which they do not matter
     nearby_step: float = 1e-6  # relative step of frequency by which slopes are found for that,
     nearby_peak: float = 0.01  # and that at peaks, over the distance of frequencies there

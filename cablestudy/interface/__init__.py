@@ -111,7 +111,7 @@ def sweep(
     set : mapping or list of str, optional
         Dotted key -> value that changes the base; or texts "KEY=VALUE".
     vary : mapping or list of str, optional
-        Dotted key -> its values: a list or array; a range {"from": ..., "to": ..., "count": ...}; or text as of the
+        Dotted key -> its values: a list or array; a range {"from": ..., "to": ..., "count": ...}; or text as for the
         option `--vary`, such as "100N:2kN:20log" or "10kg,50kg". Or a list of texts "KEY=VALUES".
     jobs : int or None
         Processes; None for as many as the work is worth. A script that asks for several must call this function below

@@ -14,7 +14,7 @@ DEFAULT_MODES = 12
 
 
 def loads(scene, estimate=False):
-    """Answer of static --table loads: position, slopes and tensions at each point load; all else as of static."""
+    """Answer of static --table loads: position, slopes and tensions at each point load; all else as for static."""
     from cablestudy.study.point_loads import loaded_cables, loads_table
 
     answer, failures = scene.answers["static"](scene, estimate=estimate), []
@@ -89,7 +89,8 @@ def fewer_modes(modes, asked, limit):
 def coupled_modes(case, count, upto):
     """Answer of the command modes with the coupled modes of a `SuspensionCase`: those of cables and bodies together.
 
-    Arguments as of `suspension.modes`. It has the notes and warnings on the modes, and lacks those on the case itself.
+    Arguments are those of `suspension.modes`. It has the notes and warnings on the modes, and lacks those on the case
+    itself.
     """
     from cablestudy.study.suspension.notes import unknown_damping_ratios
     from cablestudy.study.suspension.report import mode_notes, mode_table
@@ -111,7 +112,7 @@ def coupled_modes(case, count, upto):
 def loop(scene, response=None, time=None, table=None, estimate=False, **time_options):
     """Answer of the command loop: margins of the winch control loop, or its response over frequency or in time.
 
-    Arguments as of `Scene.loop_response` and `Scene.loop_in_time`; with one of them table and picture are of the
+    Arguments are those of `Scene.loop_response` and `Scene.loop_in_time`; with one of them table and picture are of the
     response. `table` is the name of the only table of a suspension that is asked for; with `estimate` errors are
     estimated too.
     """
@@ -144,7 +145,7 @@ def loop(scene, response=None, time=None, table=None, estimate=False, **time_opt
 def ssm(scene, out=None, response=None, **options):
     """Answer of the command ssm: a state-space model of a scene, reduced to some of its modes, which the table lists.
 
-    With `response`, as of `Scene.loop_response`, the table is the frequency response of the model; where only the file
+    With `response`, as in `Scene.loop_response`, the table is the frequency response of the model; where only the file
     `out` is written there is none. The other options are fields of `ssm.StateSpaceOptions`.
     """
     from cablestudy.study import ssm as state_spaces
@@ -200,8 +201,8 @@ def compare_models(scene, columns=None, repeats=5, out=None, shown=False):
     """Answer of the command trade: errors and computing times of all models of a scene that a user can choose.
 
     They are closed forms, elements of several kinds and numbers, and models refined to an accuracy; errors are relative
-    to the continuous cable. Arguments as of `Scene.trade`; the tables are written to the folder `out`, and with `shown`
-    the table is for Markdown.
+    to the continuous cable. Arguments are those of `Scene.trade`; the tables are written to the folder `out`, and with
+    `shown` the table is for Markdown.
     """
     from cablestudy.scene.strict_yaml import refuse
     from cablestudy.study import trade

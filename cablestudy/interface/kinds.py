@@ -13,7 +13,7 @@ from typing import Annotated, Any, Literal
 from cablestudy.interface.arguments import Kind
 from cablestudy.interface.plain import NotPlainError, list_of, mapping_of, plain, shown, unwrapped
 
-MOST_MODES, MOST_RUNS, MOST_PROCESSES = 100_000, 1000, 1024  # as of the commands
+MOST_MODES, MOST_RUNS, MOST_PROCESSES = 100_000, 1000, 1024  # as for the commands
 
 
 def read_text(value: object) -> str:

@@ -125,7 +125,7 @@ class Scene(SceneCommands):
         upto : float or str, optional
             All up to this frequency instead, in Hz or with a unit.
         coupled : bool
-            Those of gondola and cable together instead, as of a suspension.
+            Those of gondola and cable together instead, as for a suspension.
         """
         return self.compute("modes", count=count, upto=upto, coupled=coupled).frame()
 
@@ -209,7 +209,7 @@ class Scene(SceneCommands):
         Parameters
         ----------
         with_ : {"gondola", "loop"}, optional
-            What the model includes beside the cable, at end 2; of a suspension "loop" or "actuators".
+            What the model includes besides the cable, at end 2; of a suspension "loop" or "actuators".
         modes : int, optional
             Number of modes, from the lowest.
         upto : float or str, optional
@@ -220,7 +220,7 @@ class Scene(SceneCommands):
         wind : bool
             True if forces on the nodes of the cable are inputs too.
         proper : bool
-            True for a model with D1 = D2 = 0: an input whose acceleration acts on outputs at once is replaced by this
+            True for a model with D1 = D2 = 0: an input whose acceleration acts on outputs directly is replaced by this
             acceleration, its position and velocity are added to the states. If only the velocity acts, it is the input.
         input, output : str, optional
             Names of the inputs and outputs that the model keeps, separated by commas; by default all.
@@ -257,7 +257,7 @@ class Scene(SceneCommands):
         between : str or sequence of 2, optional
             Its range, for example "100 N:10 kN" or (100, 1e4).
         columns : str or list of str, optional
-            Columns beside it; in text separated by commas.
+            Further columns; in text separated by commas.
         """
         return self.compute("find", goal=goal, by=by, between=between, columns=columns).frame()
 

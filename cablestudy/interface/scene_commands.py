@@ -159,7 +159,7 @@ class SceneCommands:
         return share_hint(self.document, self.model, failure)
 
     def compute_cases(self, what: str, **options: Any) -> Answer:
-        """Answer of a command for all load cases of the scene together, arguments as of `compute`.
+        """Answer of a command for all load cases of the scene together; arguments are those of `compute`.
 
         Its tables have the rows of all cases, each with the name of its case in front. A case without an answer has a
         row with empty cells, whose status says why. SceneError for a scene without load cases.

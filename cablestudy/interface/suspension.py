@@ -120,7 +120,7 @@ def _named(name, tables):
 
 
 def _answer_of_case(case, failures=(), warnings=(), notes=tuple, **parts):
-    """The `Answer` of a `SuspensionCase`, with what is said of it beside `notes`, a function, and `warnings`."""
+    """The `Answer` of a `SuspensionCase`, with remarks on it besides `notes`, a function, and `warnings`."""
     from cablestudy.study.suspension.notes import notes_of, warnings_of
 
     return Answer(

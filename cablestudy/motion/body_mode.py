@@ -38,7 +38,7 @@ class RefinedMode:
     together : callable
         Returns the modes of many rows whose damping ratios are computed in one call: list of RefinedMode.
     rounding : float
-        Relative error by rounding, at least. [-]
+        Relative error due to rounding, at least. [-]
     """
 
     def __init__(self, first, sharper, accuracy, airflow, together, rounding=0.0):

@@ -5,7 +5,7 @@ impossible (`driven_waves`). The largest stable gain is the smallest one at whic
 axis: where an eigenvalue of the loop gain is real and negative (`control.loop_gain`). All modes of the cables' elements
 are in the loop gain; where damping couples them, and the accuracy allows it, six vectors stand for those far above what
 the gain could drive (`system.cable_coordinates`). So that no crossing is missed, the loop gain is computed at
-frequencies beside the poles of the model and of the modes that the gain could drive. Where a cable sags, waves across
+frequencies near the poles of the model and of the modes that the gain could drive. Where a cable sags, waves across
 it take power from those along it: waves across must be resolved beyond the frequency of the pole that crosses first.
 The gain could drive none of these waves, so that no other pole comes to cross: the crossing is located again in the
 loop gain of finer elements, near where it was found.
@@ -19,7 +19,7 @@ Step by step:
 1. meshes that resolve the waves which the gain could drive (`_models`), those of the coupled modes if fine enough;
 2. the modes that enter the loop gain by themselves (`modes_in_loop`); six vectors represent the others;
 3. the loop gain of bodies and cables (`loop_gain_of`);
-4. the poles beside which it is computed (`poles`), and the gains at which poles cross (`gains`);
+4. the poles near which it is computed (`poles`), and the gains at which poles cross (`gains`);
 5. where the first of these is beyond what the meshes resolve, finer meshes, in which it is located again
    (`_limit_and_resolving`).
 """
@@ -49,7 +49,7 @@ ON_THE_WAY = np.arange(1.0, 6.0) / 5  # from the frequency with fixed ends to an
 
 
 def open_poles(closed_loop):
-    """Poles of a `ClosedLoop` with the winches at rest, without those that are zero but for rounding. [rad/s]
+    """Poles of a `ClosedLoop` with the winches at rest, without those that are zero except for rounding. [rad/s]
 
     Those of modes that were computed and are not in its model are estimated.
     """
@@ -336,7 +336,7 @@ class DrivenCables:
         return below | (self._effects.along(cable, element) & (element.omega < along))
 
     def _needed_modes(self, modes_driven):
-        """Modes of each cable that the gain could drive, as of `driven_modes`, or that are needed: list of such arrays.
+        """Modes of each cable that the gain could drive, as in `driven_modes`, or that are needed: list of such arrays.
 
         Raises
         ------
@@ -390,7 +390,7 @@ class DrivenCables:
         return closed_loop.untuned_loop.unit_gain if loop_gain.ill_conditioned else loop_gain
 
     def elements_of(self, models, kept):
-        """`Superelement` of each cable in the loop gain, in the air: list; arguments as of `loop_gain_of`."""
+        """`Superelement` of each cable in the loop gain, in the air: list; arguments are those of `loop_gain_of`."""
         return [in_air.element for in_air in self.closed_loop.plant.in_air(models, kept)]
 
     @computed_together
@@ -426,7 +426,7 @@ class DrivenCables:
         return [np.flatnonzero(modes & (element.omega > least)) for modes, element in pairs]
 
     def _poles_and_starts(self, modes, estimated):
-        """Poles beside which the loop gain is computed, and points where searches for narrow poles begin.
+        """Poles near which the loop gain is computed, and points where searches for narrow poles begin.
 
         Both lists, of shape (N,), begin with the poles of the model. Each mode of a cable whose pole may lie above
         those, or whose W does, adds five entries. With its frequency W with fixed ends, its estimated pole p

@@ -89,8 +89,8 @@ class DynamicAnalysis:
         count : int
             Number of modes of the model.
         responses : bool
-            True for a model that has, beside these modes, static responses to the inertia and damping of moving bodies:
-            they stand for modes that are left out, see `Plant`.
+            True for a model that has, besides these modes, static responses to the inertia and damping of moving
+            bodies: they stand for modes that are left out, see `Plant`.
         computed : int
             Number of modes that are computed, if it is larger than `count`: the lowest `count` of them are taken.
 
@@ -134,7 +134,7 @@ class DynamicAnalysis:
         return self.modes[count, "shaped"]
 
     def _coupled_modes(self, count, shaped=False):
-        """`CoupledModes` with damping; `shaped` as of `Search`. Raises as `closed_loop_of`."""
+        """`CoupledModes` with damping; `shaped` as in `Search`. Raises as `closed_loop_of`."""
         damping = [cable.damping for cable in self.scene.cables.values()]
         arguments = self.equilibrium, count, self.sizes.accuracy, damping, self.model, self.cables
         return coupled_modes(*arguments, damped=True, shaped=shaped).damped
@@ -196,7 +196,7 @@ class DynamicAnalysis:
     def _has_strongly_damped_cables(self, count):
         """True if air and viscous damping give the first mode of a cable a damping ratio above `MOTION.damped_cable`.
 
-        Bodies then move many of its modes by its damping, of which the highest in a model show next to nothing.
+        Bodies then move many of its modes by its damping, of which the highest in a model show almost nothing.
         """
         if self.airflow is None:
             return False
@@ -375,7 +375,7 @@ class DynamicAnalysis:
         return self._with_limits.stability.driven.errors.of_limit.sum(axis=0).tolist()
 
     def margin(self, name):
-        """A number of `Margins` by its name, and its estimated relative error by the models of the cables."""
+        """A number of `Margins` by its name, and its estimated relative error due to the models of the cables."""
         _ = self._margins_begun
         margin, perturbed = getattr(self._margins, name), self.loop_for_margins.stability.perturbed_margins
         if not perturbed:
@@ -459,12 +459,12 @@ class DynamicAnalysis:
         return max(error, min(MOTION.one_model_safety * error, most), self.sizes.least_error(modes))
 
     def sum_of_variances(self, names, variance):
-        """Sum of the variances of some outputs with the loop; arguments as of `rms`."""
+        """Sum of the variances of some outputs with the loop; arguments are those of `rms`."""
         _, variances, names = self._variances_of(names, variance, open_loop=False)
         return variances.sum_of(variance, names)
 
     def _variances_of(self, names, variance, open_loop):
-        """`GustResponse`, its `Variances`, and those of some names that the model has; arguments as of `rms`."""
+        """`GustResponse`, its `Variances`, and those of some names that the model has; arguments are those of `rms`."""
         response = self.response_of(open_loop)
         variances = response.variances if variance in OWN else response.seen
         names = [name for name in names if name in variances.rows]

@@ -178,8 +178,8 @@ class GustResponse:
         Returns
         -------
         ModelVariances
-            The error by modes is the smaller one of the share of the highest modes and of the change from the model
-            `before`, plus the change by modes that all of these leave out (`LeftOutModes`).
+            The error due to modes is the smaller one of the share of the highest modes and of the change from the model
+            `before`, plus the change due to modes that all of these leave out (`LeftOutModes`).
         """
         variances = self._variances_of(self.turbulence, weights)
         value, by_modes = variances.value, variances.by_modes
@@ -286,7 +286,7 @@ class GustResponse:
 
     @property
     def _tension_safety(self):
-        """Factor on the error of tensions by modes, one of `MOTION.tension_safety`.
+        """Factor on the error of tensions due to modes, one of `MOTION.tension_safety`.
 
         Behind a law that does more than integrate, the model has static responses to moving bodies, and the one with
         fewer modes, by which the error is estimated, has not: the change is far larger than the error.

@@ -42,7 +42,7 @@ class BodiesOnAllModes:
     Attributes
     ----------
     highest : float
-        Frequency up to which the plant has all modes: the highest but for those that were added, far above perhaps,
+        Frequency up to which the plant has all modes: the highest except for those that were added, far above perhaps,
         because the loop would drive them first (`Plant.driven`). [rad/s]
     """
 
@@ -179,7 +179,7 @@ class LeftOutModes:
         Parameters
         ----------
         weights : dict
-            Name -> function of frequency [Hz], as of `Turbulence.seen`.
+            Name -> function of frequency [Hz], as in `Turbulence.seen`.
         variances, others : ndarray, shape (w, o)
             Variances of the model, and their errors from other causes: changes smaller than these are not resolved.
         least : float
@@ -301,8 +301,8 @@ class LeftOutModes:
         large as `least` says, and if rounding spoils the response with all modes (`unknown`).
 
         `weights` has w functions of frequency [Hz], one for each kind of variance. `variances` and `others`, both (w,
-        r), are those by the model, and their errors by other causes: a change that is small beside these need not be
-        exact. `least` is the least relative change of an RMS that matters.
+        r), are those by the model, and their errors due to other causes: a change that is small compared with these
+        need not be exact. `least` is the least relative change of an RMS that matters.
         """
         if not self._may_change(spectra, weights, variances, least) or self.unknown:
             return np.zeros(variances.shape)
@@ -403,7 +403,7 @@ class _Spectra:
     def least_changes(self, variances, least):
         """Changes of variances, shape (w, r), by which RMS change by a relative error `least`: of the root twice it.
 
-        An output whose motion has next to no energy counts with the share `MOTION.left_out_small` of the largest one.
+        An output whose motion has almost no energy counts with the share `MOTION.left_out_small` of the largest one.
         """
         stiffness = np.append(self.plant.stiffness_of_outputs, np.ones(len(self.plant.winches)))[self._rows]
         least_variances = MOTION.left_out_small * (variances * stiffness).max(axis=1, keepdims=True) / stiffness

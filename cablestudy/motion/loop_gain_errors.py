@@ -60,7 +60,7 @@ class LoopGainErrors:
         return [driven.loop_gain_of(models.with_modes(driven.modes_in_loop(models)), models)]
 
     def _mesh_errors(self, group):
-        """Estimated relative errors, by the mesh, of the frequencies W of n modes of each cable of a `MeshGroup`: list.
+        """Estimated relative errors due to the mesh: of the frequencies W of n modes of each cable of a `MeshGroup`.
 
         W^2 is twice the strain energy of a mode of modal mass 1. With the error E of twice the strain energy by the
         mesh, W has the relative error E/(2 W^2), at most 1/2.
@@ -83,7 +83,8 @@ class LoopGainErrors:
         for cable, is_far, own, energy in zip(group.cable_indices.tolist(), far, vectors, energies, strict=True):
             square = elements[cable].omega ** 2
             n, squares = len(square), np.concatenate([square, square @ own**2])  # W^2 of modes, then of vectors
-            # W^2 is twice the strain energy of a mode; `energy` is its error by the mesh, and that of W is half of it
+            # W^2 is twice the strain energy of a mode; `energy` is its error due to the mesh, and that of W is half of
+            # it
             error = np.minimum(energy[: len(squares)] / squares / 2, 0.5)
             share = own**2 + np.finfo(float).tiny  # of each mode in each vector
             by_vectors = share @ error[n:] / share.sum(axis=1)
@@ -101,7 +102,7 @@ class LoopGainErrors:
         """Relative error of the loop gain from sums over poles of cables at some frequencies, shape (f,) [rad/s]. [-]
 
         It is compared with the loop gain of solved equations: where poles are found in windows at all frequencies, else
-        at narrow resonances alone, where a small error of a pole by rounding is a large one of the loop gain.
+        at narrow resonances alone, where a small error of a pole due to rounding is a large one of the loop gain.
         """
         if not self._driven.coupling_damping:
             return 0.0

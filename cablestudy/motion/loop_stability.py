@@ -329,8 +329,8 @@ class LoopStability:
     def error_of_decay(self):
         """Relative error of the variance of the motion that would grow first, with nearly the largest gain; else 0. [-]
 
-        Its variance goes as 1/d with the decay d of its pole. With the largest gain, which is that with all modes of
-        the cables, d is zero; what the model has there instead is the error of d.
+        Its variance is proportional to 1/d with the decay d of its pole. With the largest gain, which is that with all
+        modes of the cables, d is zero; what the model has there instead is the error of d.
         """
         loop = self._closed_loop.loop
         if loop.law.delay or self.seen_far_from_unstable:

@@ -137,7 +137,7 @@ def winch_speeds(analysis):
 def _rms_and_crossings(analysis, names, crossings):
     """RMS of some outputs together and the rate at which they cross their mean upwards [Hz], each with relative error.
 
-    Arguments as of `peak`; the rate of outputs that are held is 0.
+    Arguments are those of `peak`; the rate of outputs that are held is 0.
     """
     rms, error = analysis.rms(names, "value", open_loop=False)
     if not rms:

@@ -236,7 +236,7 @@ class Plant:
 
     @cached_property
     def coarse_space_in_time(self):
-        """Basis as of `coarse_space`, but with static responses to winches and loads only, also for stated elements.
+        """Basis as in `coarse_space`, but with static responses to winches and loads only, also for stated elements.
 
         A step excites waves of all frequencies in the cables, which only static responses represent. Responses to
         moving bodies are left out here to see what they change.
@@ -257,7 +257,7 @@ class Plant:
         return np.pad(input_matrix, ((0, len(self.motion) - len(input_matrix)), (0, 0)))
 
     def delayed_response(self, loop, coarse=False):
-        """Response of all outputs, as of `StateSpaces`, to the gusts with a loop that has a delay: `DelayedResponse`.
+        """Response of all outputs, as in `StateSpaces`, to the gusts with a loop that has a delay: `DelayedResponse`.
 
         It has the exact response over frequency, and the poles that make sharp peaks in this. Up to a limit of
         frequency these are poles with a Padé approximant of the delay. The limit is just above the frequency up to
@@ -269,7 +269,7 @@ class Plant:
         loop : Loop
             Loop about the `motion` of this plant.
         coarse : bool
-            True to leave out the highest modes, by `coarse_space`: the change tells the error by modes.
+            True to leave out the highest modes, by `coarse_space`: the change tells the error due to modes.
         """
         forces = self.gust_forces
         if coarse:

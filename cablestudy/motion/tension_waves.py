@@ -1,9 +1,9 @@
 """Changes of the variances of tensions by waves along and across cables that are faster than the modes of a model.
 
 A part of the gusts' force on a cable is taken up by none of a model's modes: the model transfers this share to the ends
-at once. In truth waves carry it there, most of it the first ones above the highest mode, and each wave responds to its
-part as a mass on a spring does. The estimate lets the whole share act by way of the first wave along the cable, or of
-the first one across it: the variance grows by the resonance of that wave, and loses all that is faster. The ends are
+immediately. In truth waves carry it there, most of it the first ones above the highest mode, and each wave responds to
+its part as a mass on a spring does. The estimate lets the whole share act by way of the first wave along the cable, or
+of the first one across it: the variance grows by the resonance of that wave, and loses all that is faster. The ends are
 taken to be held, and the winches at rest.
 """
 
@@ -20,7 +20,7 @@ from cablestudy.wind.integrals import Integrals
 def change_by_waves(plant):
     """Estimate how much waves on cables above the modes of the model change the variances of tensions in the wind.
 
-    The model transfers a share D of the gusts' force to the ends of cables at once. Here a wave carries it, of
+    The model transfers a share D of the gusts' force to the ends of cables immediately. Here a wave carries it, of
     frequency w and damping ratio zeta (`_first_waves`),
 
         D w^2/(s^2 + 2 zeta w s + w^2)
@@ -44,7 +44,7 @@ def change_by_waves(plant):
     gusts, turbulence, variances = plant.gusts, plant.at_rest, plant.at_rest.variances.value
     change, residues = np.zeros(variances.shape), turbulence.residues
     tension_rows, along, across = _first_waves(plant)
-    driven = residues.direct[tension_rows].any(axis=1)  # tensions of cables whose ends some force reaches at once
+    driven = residues.direct[tension_rows].any(axis=1)  # tensions of cables whose ends some force reaches immediately
     if plant.model is not None or not driven.any():
         return change
     poles = np.concatenate([along[driven], across[driven]])

@@ -6,7 +6,7 @@ class MotionTolerances:
 
     __slots__ = ()  # nothing can be set on its object
 
-    rounding: float = 1e-12  # least relative error of a share or a damping ratio, by rounding
+    rounding: float = 1e-12  # least relative error of a share or a damping ratio due to rounding
     tiny: float = 1e-300  # in place of zero in a logarithm
 
     undamped_motion: float = 1e-12  # its damping ratio
@@ -55,9 +55,10 @@ class MotionTolerances:
     dependent_response: float = 1e-10  # size of a static response over the largest, below which it is rounding
     # share of the kinetic energy of a mode in what outputs depend on, up to which it is rounding
     unseen_energy: float = 1e-16
-    # frequency over the highest of a model, from which on its response is held against that of all modes of the cables,
+    # frequency over the highest of a model, from which on its response is compared with that of all modes of the
+    # cables,
     left_out_from: float = 0.9
-    left_out_points: int = 100  # at so many frequencies beside those near resonances,
+    left_out_points: int = 100  # at so many frequencies besides those near resonances,
     # and at more where a logarithm of a response changes by more,
     left_out_change: float = 0.5
     left_out_rounds: int = 14  # up to so many times,
@@ -77,7 +78,7 @@ class MotionTolerances:
     # slowly, and without; and with them behind a law that does more than integrate. Of 400 tensions of random rods and
     # suspensions five were more wrong than without the second, of 18 suspensions with the last a fifth of it was enough
     tension_safety: tuple = (10.0, 3.0, 0.5)
-    # error of variances of speed and acceleration of winches by modes left out, which the highest do not show
+    # error of variances of speed and acceleration of winches due to modes left out, which the highest do not show
     winch_speeds: float = 2e-6
     energy_rounding: float = 1e-15  # of the energy of an output over the largest of all: what is less is shown as zero
     response_entries: int = 500_000  # of the responses that are computed at once
@@ -103,7 +104,7 @@ class MotionTolerances:
     delayed_error: float = 4.0
     # least relative error of the rate at which a tension, or the speed of a winch behind a notch that passes high
     # frequencies hundreds of times larger, crosses its mean: motions above the model's modes count. Of tensions in
-    # 90 random scenes with next to no damping five were more wrong, up to 0.38; then the rate states more itself
+    # 90 random scenes with almost no damping five were more wrong, up to 0.38; then the rate states more itself
     crossings: float = 0.2
 
     # ------------------------------------------------------------- modes of cables that a loop could drive

@@ -1,7 +1,7 @@
 """Variances of the motion in turbulence, with the loop of the winches closed or with the winches at rest.
 
 Variances of displacements, rates and tensions hold for all exposures and mirrors, and with the winches at rest for all
-loops. Their errors by modes are estimated from the change to a model with fewer modes, `Plant.coarse_space`.
+loops. Their errors due to modes are estimated from the change to a model with fewer modes, `Plant.coarse_space`.
 """
 
 from dataclasses import dataclass, replace
@@ -31,7 +31,7 @@ class ModelVariances:
     ----------
     value : ndarray, shape (w, o)
     by_modes : ndarray, shape (w, o)
-        Errors by modes; not numbers where they are not computed.
+        Errors due to modes; not numbers where they are not computed.
     by_delay : ndarray, shape (w, o)
         Errors by an approximated delay.
     """
@@ -175,7 +175,7 @@ class Turbulence:
         return _variances_of_rows([self], [self._integrals_of(weights)])[0].of_outputs(self.outputs)
 
     def variances_of(self, residues, weights):
-        """Variances of the outputs of other `Residues` by the same gusts, shape (w, o); weights as of `seen`."""
+        """Variances of the outputs of other `Residues` by the same gusts, shape (w, o); weights as in `seen`."""
         return self._integrals_of(weights).variances(residues)
 
     def below(self, limits):
@@ -185,7 +185,7 @@ class Turbulence:
 
     @property
     def estimates(self):
-        """True if errors by modes are computed: all modes of stated elements state no error."""
+        """True if errors due to modes are computed: all modes of stated elements state no error."""
         return self.plant.model is None or self.plant.responses
 
     def delay_error(self, integrals):
@@ -222,7 +222,7 @@ class Turbulence:
         Returns
         -------
         value, by_modes, by_delay : ndarray, shape (2, i)
-            Variances, and their errors by modes and by an approximated delay.
+            Variances, and their errors due to modes and to an approximated delay.
         undamped : ndarray, shape (i,)
             Pole that nothing damps of each winch, see `Integrals.undamped`.
         """
@@ -258,7 +258,7 @@ def _residues_of_rows(turbulences, coarse=False):
 
     They are D + sum over j of c_j b_j/(s - l_j). l_j are the poles of the plant, with its loop closed if it has one,
     c_j and b_j belong to outputs and inputs. A loop with a delay adds a remainder to this sum (`DelayedResponse`).
-    `coarse` leaves out the highest modes, by `Plant.coarse_space`: the change shows the error by modes.
+    `coarse` leaves out the highest modes, by `Plant.coarse_space`: the change shows the error due to modes.
     """
     Turbulence.space.compute(turbulences)
     found, groups = [None] * len(turbulences), {}  # groups: rows of one state space with arrays of equal sizes

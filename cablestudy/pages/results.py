@@ -122,7 +122,7 @@ def sections(page, scene):
 
 
 def _add_statics(page, scene, headed):
-    """Append the statics of a scene, and its point loads; `headed` as of `_add_answer`."""
+    """Append the statics of a scene, and its point loads; `headed` as in `_add_answer`."""
     _add_answer(page, scene, "static", headed=headed)
     if scene.model.load_paths:
         answer = scene.compute("loads")

@@ -10,7 +10,7 @@ from cablestudy.scene.load_tables import Load, ReferenceTable
 from cablestudy.scene.section import Section, Tension, limited, of_each, within
 from cablestudy.scene.tolerances import SCENE
 
-NO_CURVES = "no effect: give stress_strain, or a material that has such curves and no stiffness beside it"
+NO_CURVES = "no effect: give stress_strain, or a material that has such curves and no stiffness besides"
 
 Coordinate = Annotated[float, Quantity("m", -1e9, 1e9)]
 Length = Annotated[float, Quantity("m", *SCENE.chord_range)]
@@ -43,7 +43,7 @@ class DampingTable(KeyTable):
     @model_validator(mode="before")
     @classmethod
     def _complete(cls, data):
-        """Add the model of the parameter given; without one, a modal ratio of 0.01, or 0 beside `viscous` alone."""
+        """Add the model of the parameter given; without one, a modal ratio of 0.01, or 0 with `viscous` alone."""
         if not isinstance(data, dict):
             return data
         models = [model for model, parameter in cls.parameters.items() if parameter in data]
@@ -155,7 +155,7 @@ def _cosine(angle):
 
 
 def beyond_the_end(path, loads, length):
-    """The relations that point loads are on a cable, if it states its unstretched length; a list as of `relations`."""
+    """The relations that point loads are on a cable, if it states its unstretched length; a list as in `relations`."""
     message = "{:.10g} m is not on the cable, which is {:.10g} m long".format
     return [
         ((*path, index, "at"), load.at < length, lambda at=load.at: message(at, length))

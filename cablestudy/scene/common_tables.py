@@ -88,7 +88,7 @@ class ModelTable(KeyTable):
 
 
 def ground_relations(ground):
-    """The relation that the x of the points of a `Ground` ascend: a list as of `KeyTable.relations`."""
+    """The relation that the x of the points of a `Ground` ascend: a list as in `KeyTable.relations`."""
     if not isinstance(ground, tuple):
         return []
     ascends = all(point[0] < following[0] for point, following in pairwise(ground))
@@ -184,7 +184,7 @@ def written_limits(value):
 
 
 def case_relations(chosen, limits, cases):
-    """Relations, as of `KeyTable.relations`, that a chosen load case, and those which limits name, are there: a list.
+    """Relations, as in `KeyTable.relations`, that a chosen load case, and those which limits name, are there: a list.
 
     `chosen` is a name or None; `limits` and `cases` are the tables of a scene.
     """

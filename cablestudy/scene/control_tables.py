@@ -99,14 +99,14 @@ class Drive(KeyTable):
 
     delay: Delay = Field(0.0, description="From the measurement to the movement of the winch, in the loop")
     bandwidth: Frequency | None = Field(
-        None, description="Of the drive, a lag of first order; without it the winch follows at once"
+        None, description="Of the drive, a lag of first order; without it the winch follows without delay"
     )
     max_speed: Annotated[float, Quantity("m/s", 1e-12, 1e9)] | None = Field(
         None, description="Largest speed of the winch: a loop that asks for more in the wind has no linear answer"
     )
 
     def follows(self, controller):
-        """Relations: a winch that follows at once is driven by an integrator."""
+        """Relations: a winch that follows without delay is driven by an integrator."""
         if self.bandwidth is None:
             message = "missing key: with proportional or derivative_gain a winch without lag would follow accelerations"
             yield [(("bandwidth",), controller.integrates_only, message)]

@@ -110,7 +110,7 @@ class Document:
         return empty
 
     def _absent_names(self, items):
-        """Mistakes of items, as of `with_sets`, that remove a name which the document does not have."""
+        """Mistakes of items, as in `with_sets`, that remove a name which the document does not have."""
         removed = [(key, where) for key, new_value, where in items if new_value is None]
         found = [(absent_name(self.value, key.split(".")), _as_place(where), key) for key, where in removed]
         return [_unknown_name_mistake(*one) for one in found if one[0]]
@@ -196,7 +196,7 @@ def _document_of_mapping(mapping, name):
 
 
 def read_document(path):
-    """Read one YAML file and merge it upon its `base:` files; parameters and errors as of `read_file`."""
+    """Read one YAML file and merge it upon its `base:` files; parameters and errors are those of `read_file`."""
     return resolve_base(read_file(path))
 
 
@@ -240,7 +240,7 @@ def path_named_in(source, name):
 
 
 def _read_named_file(document, key):
-    """The Document of the file that a key of another one names, its own base unread; SceneError as of `read_file`."""
+    """The Document of the file that a key of another one names, its own base unread; SceneError as in `read_file`."""
     name, place = _named_file(document, key), document.place((key,))
     return _parse(_read_bytes(lambda: _open_file(name), place, key, f"{name}: "), name)
 

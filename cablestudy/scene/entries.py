@@ -18,7 +18,7 @@ from cablestudy.scene.tolerances import SCENE
 from cablestudy.scene.units import show
 
 ALTERNATIVE = "alternative"  # in the place of a key: names of several changes, one of which is made in each case
-CONTAINED = "cannot vary beside {}: one of them contains the other"
+CONTAINED = "cannot vary together with {}: one of them contains the other"
 
 
 @dataclass(frozen=True)
@@ -227,7 +227,7 @@ def entries_of_options(texts, entries, cases):
     """Read the options `--vary` of a command: each is an `Entry`, one more key that varies in a study.
 
     `texts` are the arguments, for example "cable.sag=1 m:3 m:5"; keys of `entries`, those of the study file, cannot be
-    varied again; `cases` is as of `entries_of`. Returns the tuple of the new entries alone. SceneError for all options
+    varied again; `cases` is as in `entries_of`. Returns the tuple of the new entries alone. SceneError for all options
     that cannot be read, or whose key varies already; or for more than `SCENE.cases` in all.
     """
     added = []
@@ -253,12 +253,12 @@ def _place_of_option(option, index, of_key=False):  # a lambda could not be pick
 
 
 def clash(key, other):
-    """Reason why a key cannot vary, or be solved for, beside another one that varies; None where it can."""
+    """Reason why a key cannot vary, or be solved for, together with another one that varies; None where it can."""
     path, other_path = split_key(key), split_key(other)
     if path == other_path:
         return "varies already"
     if _one_begins_other(path, other_path):
         return CONTAINED.format(other)
     if other_path in replaced_by(key) and path in replaced_by(other):
-        return f"cannot vary beside {other}: they exclude each other"
+        return f"cannot vary together with {other}: they exclude each other"
     return None

@@ -118,7 +118,7 @@ class Quantity(_Type):
     unit: str  # a key of `units.DIMENSIONS`: what the value is in after reading
     low: float  # smallest value allowed [unit]
     high: float  # largest [unit]
-    least: float = 0.0  # where `low` is zero: the smallest value allowed beside it [unit]
+    least: float = 0.0  # where `low` is zero: the smallest other value allowed [unit]
     limits: str = ""  # how messages name `low` and `high`; by default as numbers
     words: tuple[str, ...] = ()  # that may stand instead of a number; they are kept
 
@@ -341,7 +341,7 @@ class KeyTable(BaseModel):
 
 
 def broken(relations):
-    """Path and message of those of a list of relations, as of `KeyTable.relations`, that do not hold: a list."""
+    """Path and message of those of a list of relations, as in `KeyTable.relations`, that do not hold: a list."""
     found = [(path, message) for path, holds, message in relations if not holds]
     return [(path, message() if callable(message) else message) for path, message in found]
 

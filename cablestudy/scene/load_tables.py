@@ -1,4 +1,4 @@
-"""Tables of the file, in SI: loads on a cable beside its weight, and the state in which its length is stated."""
+"""Tables of the file, in SI: loads on a cable besides its weight, and the state in which its length is stated."""
 
 import math
 from typing import Annotated, ClassVar
@@ -56,7 +56,7 @@ def load_name(cable, number):
 
 
 def paths_of_loads(cable, *tables):
-    """Name of each point load on a cable -> its path in the scene, a dict; `cable` is as of `load_name`.
+    """Name of each point load on a cable -> its path in the scene, a dict; `cable` is as in `load_name`.
 
     `tables` are the lists of loads on it, each the path of the list and the list.
     """
@@ -153,7 +153,7 @@ class CommonLoadCase(KeyTable):
         return diameter + 2 * ice.thickness
 
     def needs_of(self, cable, path, name):
-        """Relations, as of `KeyTable.relations`, that a cable at a path has what this load case, of this name, needs.
+        """Relations, as in `KeyTable.relations`, that a cable at a path has what this load case, of this name, needs.
 
         Wind, and ice of a thickness, need the diameter; a temperature needs the coefficient of expansion, or the
         stress-strain curves of a conductor.
@@ -196,7 +196,7 @@ class LoadCase(CommonLoadCase):
     moves: EndMoves = Field(EndMoves.model_construct(), description="Displacements of the ends, with the same lengths")
 
     loads: tuple[Load, ...] = Field(
-        (), max_length=SCENE.point_loads, description="Point loads beside those of the cable"
+        (), max_length=SCENE.point_loads, description="Point loads in addition to those of the cable"
     )
 
 
@@ -254,7 +254,7 @@ class SuspensionLoadCase(CommonLoadCase):
 
     loads: Annotated[
         dict[Name, Annotated[tuple[Load, ...], Field(max_length=SCENE.point_loads)]], BeforeValidator(_refuse_list)
-    ] = Field({}, description="Name of a cable -> point loads beside those of the cable")
+    ] = Field({}, description="Name of a cable -> point loads in addition to those of the cable")
 
     @property
     def listed(self):

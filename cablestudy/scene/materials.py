@@ -169,7 +169,7 @@ class Properties(KeyTable):
     )
     expansion: Expansion | None = Field(None, description="Coefficient of thermal expansion, along the cable")
     stress_strain: StressStrainTable | None = Field(
-        None, description="Curves of a conductor that stretches for good, by part (instead of elastic_modulus)"
+        None, description="Curves of a conductor that stretches permanently, by part (instead of elastic_modulus)"
     )
 
     @classmethod
@@ -181,7 +181,7 @@ class Properties(KeyTable):
         return mistakes
 
     def size_relations(self):
-        """Relation that a circle of the diameter holds the area: a list as of `relations`."""
+        """Relation that a circle of the diameter holds the area: a list as in `relations`."""
         if self.area is None or self.diameter is None:
             return []
         circle = math.pi * (self.diameter * self.diameter) / 4

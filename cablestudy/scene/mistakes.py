@@ -45,7 +45,7 @@ def _without_misspelt(found):
 
 
 def as_meant(value, found):
-    """A file as plain values, and beside them each table of it whose key is misspelt, under the key that is meant.
+    """A file as plain values, with each table of it whose key is misspelt, under the key that is meant.
 
     What refers to names in that table is right: the unknown key is the one mistake, among the (path, message) pairs.
     """

@@ -53,7 +53,7 @@ class WinchTable(Drive):
     controller: Controller | None = Field(None, description="What drives the winch")
 
     def relations(self):
-        """Relations: a winch that follows at once is driven by an integrator."""
+        """Relations: a winch that follows without delay is driven by an integrator."""
         if self.controller is not None:
             yield from self.follows(self.controller)
 
@@ -69,7 +69,7 @@ class CableScene(SceneTable):
     wind: Wind | None = Field(None, description="The wind on the gondola")
     ground: Ground | None = Field(None, description="Level of the ground, or [x, z] of points under the cable")
     cases: dict[CaseName, LoadCase] = Field(
-        {}, description="Name -> temperature, ice, wind, loads, forces and moves of one day"
+        {}, description="Name -> temperature, ice, wind, loads, forces and moves of a load case"
     )
     case: Name | None = Field(None, description="Which of the cases; without it the reference state with its loads")
     limits: Limits = Field({}, description="Name -> what must hold in load cases: a comparison, or {that, cases}")
@@ -120,7 +120,7 @@ class CableScene(SceneTable):
             yield self._end_relations(name, case)
 
     def _end_relations(self, name, case):
-        """A gondola takes the force of a case, and the moved ends of the cable are apart; a list as of `relations`."""
+        """A gondola takes the force of a case, and the moved ends of the cable are apart; a list as in `relations`."""
         useless_force = self.gondola is None and any(case.forces.end_2)
         message = "end 2 is fixed without a gondola: a force on it changes nothing (moves shifts it)"
         relations = [(("cases", name, "forces", "end_2"), not useless_force, message)]

@@ -96,7 +96,7 @@ class Section(Properties):
     state: State | None = Field(
         None,
         description="Of a conductor with curves, its stress_strain or those of its material: initial (new), after_load "
-        "(stretched by the heaviest case), after_creep (10 years on), final (both; the default beside stress_strain)",
+        "(stretched by the heaviest case), after_creep (10 years on), final (both; the default with stress_strain)",
     )
 
     @model_validator(mode="before")
@@ -136,7 +136,7 @@ class Section(Properties):
     # ---------------------------------------------------------------------------------------------- relations
 
     def section_relations(self):
-        """An area that its circle holds, products within what the solvers can hold: a list as of `relations`."""
+        """An area that its circle holds, products within what the solvers can hold: a list as in `relations`."""
         product = "times the area of the cross-section is {:g} "
         stiffness, mass = self.section_axial_stiffness, self.section_mass
         has_size = self.section_area is not None or all(getattr(self, key) is None for key in PER_AREA)
@@ -148,7 +148,7 @@ class Section(Properties):
         return relations
 
     def tension_relations(self, tensions):
-        """Relations that stated tensions are not far beyond what the cable can take: a list as of `relations`.
+        """Relations that stated tensions are not far beyond what the cable can take: a list as in `relations`.
 
         `tensions` are path inside the table -> what is there: a force [N], `Share`, or None.
         """

@@ -76,7 +76,7 @@ class StudyTable(KeyTable):
     vary: tuple[dict[str, Any], ...] = Field(
         (), description="What varies: entries multiply (grid), keys inside one entry go together (zip)"
     )
-    sample: Sample | None = Field(None, description="What is sampled: one more entry beside those of vary")
+    sample: Sample | None = Field(None, description="What is sampled: one more entry in addition to those of vary")
     find: Find | None = Field(None, description="What is solved for in each case: a column of its own in the table")
     columns: tuple[Name, ...] = Field(min_length=1, description="Columns of the table, with or without their unit")
     reference: Name | None = Field(None, description="CSV file of values to compare with, relative to this file")
@@ -216,7 +216,7 @@ class StudyFile:
     def cases_to_check(self):
         """Numbers of the cases that are checked before anything is computed: list of int.
 
-        All of them up to `SCENE.checked_cases`; beyond, each step of each entry beside the first step of the others.
+        All of them up to `SCENE.checked_cases`; beyond, each step of each entry with the first step of the others.
         """
         if self.count <= SCENE.checked_cases:
             return list(range(self.count))
@@ -247,7 +247,7 @@ def read_study(path, sets=(), vary=(), further_check=None):
     `path` is a name, or `-` for standard input; names in it are then relative to the working directory. `sets` and
     `vary` are arguments of the options: changes of the scene, and more keys that vary, after those of the study.
     `further_check` is called with the `StudyFile` if it has mistakes: it finds more of them, so that the user sees all
-    at once, and raises SceneError; it ignores the keys `StudyFile.wrong_keys`, which could not be read.
+    of them together, and raises SceneError; it ignores the keys `StudyFile.wrong_keys`, which could not be read.
 
     SceneError: all that is wrong with the study file itself; cases and columns are checked by `study.prepare`.
     """

@@ -74,7 +74,7 @@ class SuspensionScene(SceneTable):
     wind: SuspensionWind | None = Field(None, description="The wind on bodies and cables")
     ground: Ground | None = Field(None, description="Level of the ground, or [x, z] of points under the cables")
     cases: dict[CaseName, SuspensionLoadCase] = Field(
-        {}, description="Name -> temperature, ice, wind, loads, forces, moves and lost cables of one day"
+        {}, description="Name -> temperature, ice, wind, loads, forces, moves and lost cables of a load case"
     )
     case: Name | None = Field(None, description="Which of the cases; without it the reference state")
     limits: Limits = Field({}, description="Name -> what must hold in load cases: a comparison, or {that, cases}")
@@ -281,7 +281,7 @@ def _distance(position, other):
 
 
 def _unmet(mistakes):
-    """Mistakes, (path, message) each, as relations that do not hold: a list as of `KeyTable.relations`."""
+    """Mistakes, (path, message) each, as relations that do not hold: a list as in `KeyTable.relations`."""
     return [(path, False, message) for path, message in mistakes]
 
 

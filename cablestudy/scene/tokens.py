@@ -1,4 +1,4 @@
-"""Tokens of a condition, as of --where and of limits: numbers with units, names, texts, words, signs and brackets."""
+"""Tokens of a condition, as in --where and limits: numbers with units, names, texts, words, signs and brackets."""
 
 import re
 from typing import NamedTuple

@@ -66,7 +66,7 @@ class SceneTolerances:
     # -------------------------------------------------------------------------------------------- studies
 
     cases: int = 10_000_000  # of a study, and values of a range: a sweep keeps a byte for each
-    # cases up to which each is checked before anything is computed; of more each step beside the first of the others
+    # cases up to which each is checked before anything is computed; of more each step with the first of the others
     checked_cases: int = 1000
     checked_steps: int = 50  # of a range or a sample: where the ends of a range are allowed, all between them are
     kept_scenes: int = 20  # of the first cases read, which several checks ask for

@@ -32,7 +32,7 @@ class WindTable(KeyTable):
         "von_karman", description="Spectrum of the speed"
     )
     admittance: Literal["vickery", "vickery_squared", "none"] = Field(
-        "vickery", description="How much of the turbulence acts on the whole area at once"
+        "vickery", description="How much of the turbulence acts on the whole area simultaneously"
     )
     cable_drag_coefficient: Coefficient = Field(1.2, description="Drag coefficient of the cable, across the wind")
     duration: Annotated[float, Quantity("s", 1e-6, 1e12)] = Field(

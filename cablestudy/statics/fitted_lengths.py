@@ -13,7 +13,7 @@ EXACT = STATICS.sum_rounding * STATICS.rounding  # relative error of a stated va
 def first_strains(span, quantities, value):
     """Estimate the unstretched lengths with which cables have a stated tension or sag, as the start of a search.
 
-    A length is given as chord strain: chord over unstretched length, less 1. Any stated tension is taken as the mean
+    A length is given as chord strain: chord over unstretched length, minus 1. Any stated tension is taken as the mean
     tension of the cable.
 
     Parameters
@@ -44,7 +44,7 @@ def first_strains(span, quantities, value):
 def fit_strains(span, quantities, value, strain):
     """Find the unstretched lengths L with which cables between ends at rest have their stated tensions or sags.
 
-    A length is given as chord strain: chord over L, less 1.
+    A length is given as chord strain: chord over L, minus 1.
 
     Parameters
     ----------

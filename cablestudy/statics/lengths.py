@@ -170,7 +170,7 @@ def undecided_tensions(problem, result):
 def with_stable_attitudes(problem, result):
     """Replace unstable equilibria by stable ones with other attitudes (rotations) of the bodies, where such are found.
 
-    With the lengths of an unstable equilibrium, the bodies are let go a little beside it, along its unstable motion.
+    With the lengths of an unstable equilibrium, the bodies are let go a little away from it, along its unstable motion.
     The search for lengths is then repeated with the attitudes in which they come to rest, at their given places.
 
     Parameters

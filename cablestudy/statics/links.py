@@ -2,12 +2,12 @@
 
 With d the distance of the two places, t the unit vector from the first to the second, and l the length at which the
 spring carries nothing, the force F along the link (positive in tension; in compression it pushes), its tangent K and
-the damping C of a movement of one end beside the other are
+the damping C of a movement of one end relative to the other are
 
     F = k (d - l),    K = k t t^T + F/d (I - t t^T),    C = c t t^T,
 
-and the energy is k (d - l)^2/2. A link with l = 0 is a mount that resists any movement of one place beside the other:
-K = k I and C = c I at any distance, and at none.
+and the energy is k (d - l)^2/2. A link with l = 0 is a mount that resists any movement of one place relative to the
+other: K = k I and C = c I at any distance, and at none.
 
 A link whose length is not stated (not a number) is mounted in the reference state: there it carries nothing, and is no
 part of the search; its length is the distance that this state has.

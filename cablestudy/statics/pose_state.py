@@ -42,7 +42,7 @@ class PoseState:
     vector : ndarray, shape (n, c + l, 3)
         From end 1 to end 2. [m]
     length, strain : ndarray, shape (n, c)
-        Unstretched length of each cable [m], and the distance of its ends over it less 1 [-].
+        Unstretched length of each cable [m], and the distance of its ends over it, minus 1 [-].
     extension : ndarray, shape (n, l)
         Of the links: distance of their ends less their length. [m]
     tension : ndarray, shape (n, c, 3)
@@ -152,7 +152,7 @@ def displaced_with_work(suspension, state, step):
 def spans(suspension, state):
     """Cables between their ends in a state: a `Span` of shape (n, c).
 
-    Ends that all but coincide, between which a cable has no direction, are taken as just apart, one above the other.
+    Ends that nearly coincide, between which a cable has no direction, are taken as just apart, one above the other.
     """
     length, coincident = state.length, size(state.chord) <= STATICS.nearest_ends * state.length
     short_vertical = np.array([0.0, 0.0, -STATICS.nearest_ends]) * length[..., None]

@@ -44,7 +44,7 @@ def pose(suspension):
     First the pose of least potential energy is found. Where tensions or sags are stated, Newton's method then changes
     the lengths and the pose together. Where this fails, the search is repeated from the equilibrium with softer cables,
     or with a little weight on cables that have none, or with the softest motion held. Where an equilibrium is unstable,
-    another search begins beside it.
+    another search begins near it.
     """
     refuse_unheld(suspension)
     unstated = [name for name, kind in zip(suspension.cable_names, suspension.stated, strict=True) if kind is None]
@@ -216,7 +216,7 @@ def _held_then_free(suspension, free):
 
 
 def search_with_heavier_cables(suspension):
-    """Pose and lengths as of `search_with_softer_cables`, by way of a little weight of cables that have none.
+    """Pose and lengths as in `search_with_softer_cables`, by way of a little weight of cables that have none.
 
     While a cable without weight is slack, the lengths of others may change no tension, and lead a search nowhere.
     """

@@ -62,7 +62,7 @@ def to_angles(rotation):
     """
     cos_pitch = np.hypot(rotation[..., 2, 1], rotation[..., 2, 2])
     pitch = np.arctan2(-rotation[..., 2, 0], cos_pitch)
-    unique = cos_pitch > 1e-12  # else the axes of roll and yaw are one, but for rounding
+    unique = cos_pitch > 1e-12  # else the axes of roll and yaw are one, except for rounding
     roll = np.where(unique, np.arctan2(rotation[..., 2, 1], rotation[..., 2, 2]), 0.0)
     yaw = np.where(
         unique,

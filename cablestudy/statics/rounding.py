@@ -54,7 +54,7 @@ def bounds(suspension, rotation, arms, ends, strain, cables, tension, links=None
     ends : ndarray, shape (..., c + l, 2, 3)
         Vectors to the same ends from the origin. [m]
     strain : ndarray, shape (..., c)
-        Distance of the ends over the unstretched length less 1. [-]
+        Distance of the ends over the unstretched length, minus 1. [-]
     cables : Catenary
         Equilibria of the c cables, shape (..., c).
     tension : ndarray, shape (..., c)
@@ -91,7 +91,7 @@ def of_stated(ends, strain, cables, quantities, value):
     ends : ndarray, shape (..., c, 2, 3)
         Vectors from the origin to both ends of the cables. [m]
     strain : ndarray, shape (..., c)
-        Distance of the ends over the unstretched length less 1. [-]
+        Distance of the ends over the unstretched length, minus 1. [-]
     cables : Catenary
         Equilibria of the c cables, shape (..., c).
     quantities : sequence of (str or None), one per cable

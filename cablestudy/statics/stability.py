@@ -124,7 +124,7 @@ def _blocks_without_loose_cables(equilibrium):
 
 
 def _least_eigenvalue(matrix):
-    """Least eigenvalue of a sparse matrix that is symmetric but for rounding, and its eigenvector."""
+    """Least eigenvalue of a sparse matrix that is symmetric except for rounding, and its eigenvector."""
     from scipy.sparse.linalg import LinearOperator, eigsh
 
     matrix = ((matrix + matrix.T) / 2).tocsc()

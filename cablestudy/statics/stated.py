@@ -196,7 +196,7 @@ def force_changes_at_stated_values(cables, quantities):
 
     Notes
     -----
-    The stiffness along a cable that keeps a stated tension all but vanishes. As a difference (stiffness at fixed length
+    The stiffness along a cable that keeps a stated tension nearly vanishes. As a difference (stiffness at fixed length
     less the effect of dL) it would be rounding. It is found instead from
 
         [F, m; g, c] [dN; dL/L] = [dd; dv]

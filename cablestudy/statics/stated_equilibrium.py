@@ -207,7 +207,7 @@ def coupled_step(suspension, state, cables, sought, error):
     )
     scaled_motion, scaled_change = equations.solve(suspension)
     step, changes = np.zeros((*state.position.shape[:-1], 6)), np.zeros(state.length.shape)
-    # without a definite form, as of a slack cable without weight, there are no rates
+    # without a definite form, as for a slack cable without weight, there are no rates
     step[:, suspension.free] = np.nan_to_num(scaled_motion / equations.scales)
     changes[:, sought] = np.nan_to_num(scaled_change * length_scale)
     divisor = np.maximum(1.0, np.abs(changes).max(axis=-1) / STATICS.length_change)

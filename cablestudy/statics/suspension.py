@@ -76,14 +76,14 @@ class SuspendedSystem:
     force_density : ndarray, shape (..., c), or None
         For form finding. [N/m]
     cable_wind : ndarray, shape (..., c, 3), or None
-        Uniform load on each cable beside its weight, per unstretched length, global axes; a cable without mass has
+        Uniform load on each cable besides its weight, per unstretched length, global axes; a cable without mass has
         none. [N/m]
     link_names : tuple of str
     link_stiffness, link_damping, link_length : ndarray, shape (..., l), or None
         Of each link: k [N/m], c [N s/m], and the length at which it carries nothing, not a number where that is the
         distance in the equilibrium that is sought [m]. None without links.
     eccentric_loads : ndarray, shape (..., b, 3, 3), or None
-        Sum over the dead loads on each body that act beside its reference point of p F^T: p from the reference point
+        Sum over the dead loads on each body that act away from its reference point of p F^T: p from the reference point
         to where the load acts, body axes, F global; the loads themselves are part of `force`. [N m]
     load_positions : ndarray, shape (..., c, k), or None
         Of point loads on each cable: arc length from end 1 along the unstretched cable, ascending. [m]
@@ -371,7 +371,7 @@ class Equilibrium:
 
     @cached_property
     def uncertainty(self):
-        """Displacements and changes of tension by rounding: `uncertainty.Uncertainty`."""
+        """Displacements and changes of tension due to rounding: `uncertainty.Uncertainty`."""
         return uncertainty.uncertainty_of(self)
 
     @cached_property

@@ -7,7 +7,7 @@ on it and K its end stiffness, a body's stiffness is
 
 over the ends of cables and links on the body, W being its weight and r_G the arm of its center of mass; a cable or link
 between two bodies couples them by -B_1^T K B_2. The stiffness is symmetric where forces balance without dead moments.
-A dead load F at an arm r beside the reference point adds -[F x][r x] = (r.F) I - r F^T.
+A dead load F at an arm r from the reference point adds -[F x][r x] = (r.F) I - r F^T.
 """
 
 import itertools
@@ -238,7 +238,7 @@ def weights(suspension, rotation):
 
 
 def eccentric(suspension, rotation):
-    """Sum of r F^T of the dead loads beside the reference point of each body, shape (..., b, 3, 3), or None. [N m]"""
+    """Sum of r F^T of dead loads away from the reference point of each body, shape (..., b, 3, 3), or None. [N m]"""
     loads = suspension.eccentric_loads
     return None if loads is None else (rotation[..., None] * loads[..., None, :, :]).sum(axis=-2)
 
@@ -329,8 +329,8 @@ def stiffness_blocks(suspension, rotation, arms, end_forces, end_stiffness):
 def _loads_at_arms(suspension, rotation, arms, end_forces):
     """Sums over all loads F on each of b bodies, at arms r: forces of cables and links, weight and dead loads.
 
-    Parameters as of `stiffness_blocks`. The sums are r F^T, shape (..., b, 3, 3), and |r| |F|, shape (..., b), which
-    bounds the rounding of the first. [N m]
+    Parameters are those of `stiffness_blocks`. The sums are r F^T, shape (..., b, 3, 3), and |r| |F|, shape (..., b),
+    which bounds the rounding of the first. [N m]
     """
     center, weight = weights(suspension, rotation)
     cable, end, body = held_ends(suspension)

@@ -76,7 +76,7 @@ class StaticsTolerances:
     most_damped_lengths: float = 1e3  # to this
     lengths_patience: int = 4  # a search can go no further where so many steps in a row leave more than some share
     lengths_progress: float = 0.9  # of the changes, or of the tensions beyond the bounds: this one
-    # relative change up to which balanced tensions are an answer: the best ones but for its stated error
+    # relative change up to which balanced tensions are an answer: the best ones except for its stated error
     rough_balance: float = 1e-3
     infeasible_steps: int = 6  # in a row that leave no tensions within the bounds, and come no closer
     least_tension_share: float = 0.1  # tension after a step over that before it, at least
@@ -93,7 +93,7 @@ class StaticsTolerances:
     steepest: float = 1e-6  # least cosine of the inclination of a cable whose horizontal tension is stated
     rank: float = 1e-10  # singular values below it, over the largest one, count as zero
     unbalanced: float = 1e-8  # force left over, over the loads, from which no tensions hold the loads
-    # weight of the tensions themselves beside their deviations from the mean: the smaller of equals
+    # weight of the tensions themselves over that of their deviations from the mean: the smaller of equals
     tensions_themselves: float = 1e-4
     farthest_bound: float = 1e6  # over the largest tension: bounds farther off count as at this distance
     outside_bounds: float = 1e-9  # share of the largest tension by which one may lie outside the bounds: rounding

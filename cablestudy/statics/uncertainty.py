@@ -1,11 +1,11 @@
-"""Uncertainty of an equilibrium: displacements and tension changes by rounding of forces, lengths and stated values.
+"""Uncertainty of an equilibrium: displacements and changes of tension due to rounding of forces, lengths and values.
 
 Where rounding alone moves a body far, nothing determines its place, and the equilibrium found is no answer.
 
 With K the stiffness on the free degrees of freedom of cables that keep what they state (a length, or a tension that
-their length follows), g the net forces that the search left, and b changes of them by rounding, the place is known to
-K^-1 (g + b). The sum of all b is sampled: each has its size and a random sign, and the root mean square of some samples
-is taken.
+their length follows), g the net forces that the search left, and b changes of them due to rounding, the place is known
+to K^-1 (g + b). The sum of all b is sampled: each has its size and a random sign, and the root mean square of some
+samples is taken.
 
 Bodies may be in equilibrium exactly where the description puts them. The cables then are taken as cut to length for
 these places: their uncertainty is that at known lengths, even where the stated tensions balance elsewhere too.
@@ -28,7 +28,7 @@ LENGTH = 2 * STATICS.rounding  # rounding of a length, relative
 
 @dataclass(frozen=True)
 class Uncertainty:
-    """Changes by rounding; all of them `unknown` where there is no equilibrium.
+    """Changes due to rounding; all of them `unknown` where there is no equilibrium.
 
     Attributes
     ----------
@@ -68,7 +68,7 @@ class Uncertainty:
         body, motion = divmod(int(self.relative[case].argmax()), 6)
         return (
             f"nothing determines {self.body_names[body]} {MOTIONS[motion]}: with what the cables state the forces "
-            "balance in other places too, but for rounding; state an unstretched_length of a cable that leads there"
+            "balance in other places too, except for rounding; state an unstretched_length of a cable that leads there"
         )
 
 
@@ -230,8 +230,8 @@ def _residuals(equilibrium, quantities, length_known):
     net, net_rounding : ndarray, shape (..., b, 6)
         Net force and moment on each body, zero in exact equilibrium; and the size of its rounding. [N], [N m]
     error, value_rounding : ndarray, shape (..., c)
-        Actual over stated value of each cable less 1, zero where the length is known; and the relative rounding of the
-        stated value, or of the length where it is known. [-]
+        Actual over stated value of each cable, minus 1, zero where the length is known; and the relative rounding of
+        the stated value, or of the length where it is known. [-]
     """
     suspension, cables, arms, ends = equilibrium.suspension, equilibrium.catenary, equilibrium.arms, equilibrium.ends
     strain, tension = np.asarray(cables.span.chord_strain), cables.max_tension

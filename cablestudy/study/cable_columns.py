@@ -62,7 +62,7 @@ def _mean_tension(results):
 
 
 def _as_stated(numbers, stated):
-    """Numbers of cables; where one equals the stated one but for rounding, the stated one, NaN where there is none."""
+    """Numbers of cables, NaN where there is none; where one is the stated number but for rounding, the stated one."""
     return np.where(np.abs(numbers - stated) <= STUDY.rounding * np.abs(stated), stated, numbers)
 
 
@@ -106,7 +106,7 @@ def _of_most_moved(deflections):
 
 
 def _nonlinearity(case):
-    """Linear over non-linear deflection by the point loads, less one, and its relative error. [-]
+    """Linear over non-linear deflection by the point loads, minus 1, and its relative error. [-]
 
     0 of loads along a straight cable, whose pieces are springs in a row.
     """
@@ -247,7 +247,7 @@ COLUMNS = (
            "statics", lambda c: _deflections(c)[0], LOADED, each=True),
     Column("linear_deflection", "m", "deflection by the tangent stiffness of the unloaded form", "statics",
            lambda c: _deflections(c)[1], LOADED, each=True),
-    Column("nonlinearity", "", "linear over full deflection, less one", "statics", _nonlinearity, LOADED,
+    Column("nonlinearity", "", "linear over full deflection, minus 1", "statics", _nonlinearity, LOADED,
            each=True),
     Column("load_sag", "m", "vertical distance from chord to the point load that hangs lowest below it", "statics",
            lambda c: load_sag(c.form), LOADED, each=True),

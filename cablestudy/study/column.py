@@ -56,7 +56,7 @@ class Column:
 
     @property
     def least_error(self):
-        """Estimated relative error of the closed form, by rounding; None of a column without an error. [-]"""
+        """Estimated relative error of the closed form due to rounding; None of a column without an error. [-]"""
         if self.needs in ("run", "find") or self.text or self.name == "iterations":
             return None
         return 0.0 if self.needs == "scene" else STUDY.rounding

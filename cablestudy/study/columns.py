@@ -162,7 +162,7 @@ def column_named(study, name):
 
 
 def find_header(header):
-    """The column of a header of a stored table: as of `find`, or of the key that its study solved for."""
+    """The column of a header of a stored table: as in `find`, or of the key that its study solved for."""
     try:
         return find(header)
     except ValueError:

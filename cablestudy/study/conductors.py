@@ -35,7 +35,7 @@ class LinearCables:
     """Linear cables that hang as conductors do: arrays of shape (...)."""
 
     stiffness: np.ndarray  # EA [N]
-    elongation: np.ndarray  # unstretched length over that of the new conductor in the reference state, less one [-]
+    elongation: np.ndarray  # unstretched length over that of the new conductor in the reference state, minus 1 [-]
     # length without tension of the conductor in its case over the unstretched length of the linear cable: ice and wind
     # are stated per length of the conductor [-]
     length_ratio: np.ndarray

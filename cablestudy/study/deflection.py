@@ -110,7 +110,7 @@ def load_deflections(case):
 
 
 def rounding(case, full):
-    """Error by rounding of a deflection that is the difference of two forms of a cable in closed form. [m]
+    """Error due to rounding of a deflection that is the difference of two forms of a cable in closed form. [m]
 
     Parameters
     ----------

@@ -23,7 +23,7 @@ def freeze_cable(document, scene):
 
 
 def freeze_suspension(document, scene):
-    """Contents of the file of a `SuspensionScene` with the lengths of all its cables; parameters as of `freeze_cable`.
+    """Contents of the file of a `SuspensionScene` with the lengths of all its cables; parameters as for `freeze_cable`.
 
     Free points and bodies have the positions of the reference state, from which the search for an equilibrium starts.
     """

@@ -90,7 +90,7 @@ def read_find(goal, by, between):
 
 
 def goal_of_study(study):
-    """The `Goal` of a study with `find`; errors as of `read_goal`."""
+    """The `Goal` of a study with `find`; errors are those of `read_goal`."""
     locations = {part: (study.source.where(("find", part)), f"find.{part}") for part in Find.model_fields}
     return read_goal(study.find, locations, study.document)
 

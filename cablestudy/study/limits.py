@@ -186,7 +186,7 @@ def _terms_in(case, scene, pairs):
 def columns_by_case(limits, is_cheap):
     """Load case -> header -> `Column`, of all that some `SceneLimit` compare: dict of dict.
 
-    Columns that cost next to nothing (`is_cheap`) are in all load cases alike, so that these are solved together.
+    Columns that cost almost nothing (`is_cheap`) are in all load cases alike, so that these are solved together.
     """
     terms, columns = [term for limit in limits for term in limit.terms], {}
     everywhere = {c.header: c for _, _, c in terms if is_cheap(c) and "load_case" not in c.key}

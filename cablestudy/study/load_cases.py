@@ -117,7 +117,7 @@ def loaded_spans(span, values, strain, shift=None, length_changes=None, drag=Non
         The cables in the reference state, without point loads; fields of shape (n,).
     values : SceneValues or CaseTable
     strain : ndarray, shape (n,)
-        s: chord length over unstretched length, less one, in the reference state. [-]
+        s: chord length over unstretched length, minus 1, in the reference state. [-]
     shift : ndarray, shape (n,), optional
         Displacement of end 2 along x, in addition to the movements that the case states. [m]
     length_changes : ndarray, shape (2, n), optional
@@ -154,7 +154,7 @@ def elongation(values):
 
 
 def shrunk(values):
-    """True of cables with next to no length left at the temperature of their case, shape (...); they do not exist."""
+    """True of cables with almost no length left at the temperature of their case, shape (...); they do not exist."""
     return 1.0 + values.given("elongation") < STUDY.least_length
 
 

@@ -40,7 +40,7 @@ class TimeOptions:
     def __post_init__(self):
         if self.length is not None and self.input != "gust":
             raise SceneError("--length: no effect: only --input gust has a length")
-        _ = self.times, self.stated_length  # computed here, so that a wrong option raises SceneError at once
+        _ = self.times, self.stated_length  # computed here, so that a wrong option raises SceneError immediately
 
     @cached_property
     def times(self):

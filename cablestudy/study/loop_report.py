@@ -83,7 +83,7 @@ def resonances(closed_loop):
 
 
 def frequencies_of(closed_loop, frequency_range):
-    """Frequencies of a table: those of a range at equal ratios, and others beside the resonances. [Hz]
+    """Frequencies of a table: those of a range at equal ratios, and others near the resonances. [Hz]
 
     The range is from `ssm.read_response_range`: lowest and highest frequency [Hz], and how many.
     """
@@ -95,7 +95,7 @@ def frequencies_of(closed_loop, frequency_range):
 def drawn_frequencies(closed_loop, frequency_range):
     """Frequencies of a picture: those at which margins are searched, and even steps around the circles of L. [Hz]
 
-    Parameters as of `frequencies_of`; L describes a circle near each pole.
+    Parameters are those of `frequencies_of`; L describes a circle near each pole.
     """
     low, high, _ = frequency_range
     poles, half_angle = resonances(closed_loop)[:, None], np.linspace(-1.5, 1.5, STUDY.circle_points)

@@ -126,7 +126,7 @@ def _tensions_at_peak(case):
 
 
 def _tensions_and_slopes(case):
-    """Tensions as of `_tensions_at_peak`, and sizes of their changes per displacement of the gondola along x. [N/m]"""
+    """Tensions as in `_tensions_at_peak`, and sizes of their changes per displacement of the gondola along x. [N/m]"""
     if case.exact_statics:
         case.results.check(case.index)
         tensions, slopes = (of_all[case.index] for of_all in case.results.tensions_by_end_2)

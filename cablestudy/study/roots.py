@@ -24,7 +24,7 @@ class Effort:
     costly: bool = False
 
     def equal(self, values):
-        """True if two or more values of the function are equal but for rounding."""
+        """True if two or more values of the function are equal except for rounding."""
         return len(values) > 1 and np.ptp(values) <= STUDY.constant_spread * (np.abs(values).max() + self.scale)
 
 
@@ -121,7 +121,7 @@ def _geometric(near, far, count):
 def points_between(low, high, count):
     """Points between two limits, both among them: at equal ratios over more than a factor of four, else at equal steps.
 
-    Parameters as of `ranges_about`.
+    Parameters are those of `ranges_about`.
 
     Returns
     -------

@@ -23,7 +23,7 @@ class SceneKind:
     # scene, name of a column -> list of cable and its column of that name, where the name stands for those of several
     # cables; else empty
     of_each_cable: Callable
-    usual_columns: tuple  # names of the columns that `find` shows beside the column of its goal
+    usual_columns: tuple  # names of the columns that `find` shows besides the column of its goal
     # scene -> notes, at most one, on the meaning of the tensions and sags that it states; raises NoSolutionError and
     # ConvergenceError where a suspension has no stable equilibrium
     notes_on_stated: Callable

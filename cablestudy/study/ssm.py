@@ -313,13 +313,13 @@ def named_channels(options, input_names, output_names):
 
 
 def improper_note(system):
-    """Note on what a program that takes A, B, C, D alone does not have: list of str, at most one."""
+    """Note on the direct terms D1 and D2, which a program that takes A, B, C, D alone does not have: list of str."""
     names = system.improper
     if not names:
         return []
     which = statespace.first_of(names)
     return [
-        f"note: ss(A, B, C, D) lacks what the derivatives of {which} add at once, D1 and D2 of the file; "
+        f"note: ss(A, B, C, D) lacks the direct effect of the derivatives of {which}, D1 and D2 of the file; "
         "--proper has it in A, B, C, D"
     ]
 

@@ -103,7 +103,7 @@ def response_blocks(frequency_range, curves):
 
 
 def drawn_points(frequency_range, curves):
-    """The points of a response that a picture shows, resonances included: arrays as of `response_blocks`.
+    """The points of a response that a picture shows, resonances included: arrays as in `response_blocks`.
 
     Of a long response, of each group of neighbouring frequencies the first and those with the smallest and the largest
     magnitude of each curve.
@@ -130,7 +130,7 @@ def _extremes(block, neighbours):
 
 
 def response_table(frequency_range, curves):
-    """Table of frequency, and magnitude and phase of each curve; arguments as of `response_blocks`.
+    """Table of frequency, and magnitude and phase of each curve; arguments are those of `response_blocks`.
 
     Cells are empty where a response is not finite, for example at the pole of an undamped mode.
     """

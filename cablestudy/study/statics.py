@@ -58,7 +58,7 @@ class ClosedStatics:
 
 
 class ElementStatics:
-    """Statics of elements in equilibrium, of one cable or with an axis of cases; attributes as of `ClosedStatics`.
+    """Statics of elements in equilibrium, of one cable or with an axis of cases; attributes as in `ClosedStatics`.
 
     From a `State`, its `Record`, and the arc length at mid-span of the continuous cables over the unstretched length,
     shape (...). [-]

@@ -117,7 +117,7 @@ class Table:
         return replace(self, fields=fields, rows=self.rows[:top], errors=self.errors and errors)
 
     def _varied(self, named_fields):
-        """The varied fields shown beside those that were named: none if one of these varies, nor keys of equal name."""
+        """The varied fields shown besides the named ones: none if one of these varies, nor keys of equal name."""
         varied = [field for field in (*self.fields, *self.more) if field.varied]
         plain = {field.plain for field in named_fields}
         if any(field.varied for field in named_fields):

@@ -23,7 +23,7 @@ class StudyTolerances:
 
     # --------------------------------------------------------------------------------------------- statics
 
-    rounding: float = 1e-12  # relative error of closed forms and modes by rounding; tests hold it against 50 digits
+    rounding: float = 1e-12  # relative error of closed forms and modes due to rounding; tests compare it with 50 digits
     upright: float = 1e-50  # share of a tension below which the horizontal part of that of an upright cable is zero
     first_conductor_strain: float = 1e-3  # strain of a conductor, to begin with
     # of its tension, relative: the tangent cable has an error of the order of its square
@@ -53,7 +53,7 @@ class StudyTolerances:
     # of a change by actual drag: what the last step of a search for it changes, and what is left out of balance
     settled_drag: float = 0.01
     known_drag: float = 0.05  # of the change of a cable after all turns: where more is left nothing is known
-    no_drag: float = 1e-8  # of the tension, and of the length: a change by drag that is as small need not settle
+    no_drag: float = 1e-8  # of the tension, and of the length: a change due to drag that is as small need not settle
     pushed_drag_steps: int = 6  # of the end of a cable that is pushed
     drag_movements: int = 30  # of the bodies of a suspension in that search, at most;
     plain_movements: int = 3  # the first ones follow from the stiffness alone,
@@ -154,7 +154,7 @@ class StudyTolerances:
     many_decades: int = 2  # times as many points as usual in a range of many decades
     least_positive: float = 1e-9  # of a range that begins at zero: its smallest positive point, as a share
     edge: float = 1e-6  # width to which the end of what has a value is found, relative
-    constant_spread: float = 1e-12  # of values that are equal but for rounding, relative
+    constant_spread: float = 1e-12  # of values that are equal except for rounding, relative
     abrupt: float = 0.5  # of the change over a bracket: a costly function that changes by so much within `edge` jumps
     jump: float = 1e-6  # of the change over a bracket: what is left at a zero of a continuous function is less
     bends: float = 4.0  # times its last change a costly function may change where its values end

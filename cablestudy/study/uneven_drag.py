@@ -1,4 +1,4 @@
-"""Change of cables in a steady wind by the drag where they hang, in place of the drag that is uniform along each.
+"""Change of cables in a steady wind due to the drag where they hang, in place of the drag that is uniform along each.
 
 It is the error of all that takes the drag as uniform: `DragErrors`, and the errors of columns (`..._by_drag`).
 
@@ -336,7 +336,7 @@ def uneven_drag_errors(cables, held, ends=None, moved=None):
 
 @np.errstate(over="ignore", invalid="ignore")  # of a soft cable that the drag stretches without end
 def settled_changes(cables, ends=None, start=None, settled=STUDY.settled_drag):
-    """`ChangesByDrag` of `CablesInDrag`, in more turns where few do not settle them; parameters as of `changes`.
+    """`ChangesByDrag` of `CablesInDrag`, in more turns where few do not settle them; parameters are those of `changes`.
 
     `settled` is the `unsettled` that is left at most where these turns suffice.
     """
@@ -363,7 +363,7 @@ def _tension_change(cables, moved, held):
 
 
 def errors_of_modes(error, of_form, of_stiffness):
-    """Relative errors of frequencies by drag taken as uniform. [-]
+    """Relative errors of frequencies due to drag taken as uniform. [-]
 
     The square of a frequency is a sum of parts that grow with the tension and with the square of the curvature, or with
     the stiffness of cables at their ends.
@@ -408,7 +408,7 @@ def relative_change(change, number):
 
 
 def movement_errors(movement):
-    """Errors of the parts of movements by drag taken as uniform, shape (..., 3): in units of the movement.
+    """Errors of the parts of movements due to drag taken as uniform, shape (..., 3): in units of the movement.
 
     What a movement is wrong by is a share of all of it, and may be along an axis along which hardly any of it is.
     """

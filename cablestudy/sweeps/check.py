@@ -83,7 +83,7 @@ def compare(table, path, tolerances):
     """Compare a computed table with a stored CSV file, cell by cell, in the columns that both have.
 
     Numbers a and b agree if |a - b| <= tolerance max(|a|, |b|). For the difference between a computed and a printed
-    value the maximum includes the computed value. Other cells must be equal, but for the last digit of numbers in
+    value the maximum includes the computed value. Other cells must be equal, except for the last digit of numbers in
     `status`. Computing times are not compared.
 
     `tolerances` are header of a column, or ALL_COLUMNS -> relative tolerance [-]; `SWEEPS.agreement` where neither is
@@ -131,7 +131,7 @@ def _agree(name, stored, row, column, tolerances):
 
 
 def _same_status(stored, computed):
-    """True if two statuses agree but for the last digit of numbers, in which processors differ."""
+    """True if two statuses agree except for the last digit of numbers, in which processors differ."""
     if stored == computed:
         return True
     if NUMBER.sub("0", stored) != NUMBER.sub("0", computed):

@@ -5,7 +5,7 @@
 Python's parser reads the condition with `x` in the place of each operand. Its syntax tree is translated node by node;
 all nodes except and, or, not and comparisons of operands are refused. Nothing is evaluated as code.
 
-A number without a unit is in the unit of the column that it is compared with, beside a varied key in SI. Empty cells
+A number without a unit is in the unit of the column that it is compared with, next to a varied key in SI. Empty cells
 follow Kleene's three-valued logic: a comparison with one is unknown (None).
 """
 
@@ -39,7 +39,7 @@ def parse(text, study):
     """Read a condition; columns of it that the study does not have are added to it.
 
     Returns a function, pandas.DataFrame of rows -> Series of True, False or NA (unknown), and a tuple of texts: which
-    numbers beside varied keys lack a unit, as "14 is 14 m". SceneError: `--where:COLUMN: ...`
+    numbers next to varied keys lack a unit, as "14 is 14 m". SceneError: `--where:COLUMN: ...`
     """
     if len(text) > SWEEPS.condition_characters:
         raise SceneError(f"--where: {len(text)} characters (at most {SWEEPS.condition_characters})")
@@ -67,7 +67,7 @@ class _Translator:
     def __init__(self, tokens, study):
         self.tokens, self.study = tokens, study
         self.source, self.offsets = "", []  # what Python parses, and where each token begins in it
-        self.bare = []  # texts of the numbers without a unit beside varied keys that have one, with that unit
+        self.bare = []  # texts of the numbers without a unit next to varied keys that have one, with that unit
         _check_neighbours(tokens)
         for token in tokens:
             self.offsets.append(len(self.source))

@@ -1,6 +1,6 @@
 """An SQLite database that one process at a time uses, safe against a kill at any moment; its errors as single lines.
 
-In WAL mode a commit is one append to a file NAME-wal beside the database: a process that is killed leaves all of it or
+In WAL mode a commit is one append to a file NAME-wal next to the database: a process that is killed leaves all of it or
 nothing, and the next one to open the database takes it over. With the exclusive lock both files stay open: a run goes
 on even if its folder is renamed or deleted meanwhile. After a clean end NAME-wal is gone.
 """
@@ -104,7 +104,7 @@ class Database:
         return self._connection.execute(statement, values)
 
     def reported_rows(self, query, values=()):
-        """Yield the rows of the result of a query; errors of SQLite as of `reported`."""
+        """Yield the rows of the result of a query; errors of SQLite as in `reported`."""
         with self.reported():
             yield from self.execute(query, values)
 

@@ -56,7 +56,7 @@ def retry(chunks, open_executor, workers):
     """Compute all chunks of a sweep by workers that may die, for example for lack of memory: yields `Done`.
 
     The chunk of a worker that died is computed again, in a new executor, of which `open_executor` returns a context
-    manager; `workers` is as of `submit_all`. NoSolutionError if so many workers as `SWEEPS.worker_deaths` died with no
+    manager; `workers` is as in `submit_all`. NoSolutionError if so many workers as `SWEEPS.worker_deaths` died with no
     result between them.
     """
     deaths = 0
@@ -109,7 +109,7 @@ def _submit(chunk, executor, chunks):
 
 
 class SerialExecutor(Executor):
-    """Computes in this process, at once."""
+    """Computes in this process, immediately."""
 
     def submit(self, function, /, *arguments):
         future = Future()

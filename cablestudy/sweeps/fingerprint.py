@@ -45,7 +45,7 @@ def digest(identity):
 
 
 def provenance(command, identity, started, **entries):
-    """Record of where the numbers of a table come from, for the YAML file beside it: dict of plain values.
+    """Record of where the numbers of a table come from, for the YAML file next to it: dict of plain values.
 
     It has the command as typed, the fingerprint of the `identity`, start and duration [s], the further entries,
     versions and platform. `started` is when the run began, or the last part of a run that was resumed.
@@ -78,12 +78,12 @@ def differences(stored, current, parts=("versions", "scene")):
 
 
 def edited_parts(stored, current):
-    """A line for each part of an identity, but for those of `differences`, in which stored rows differ from a run."""
+    """A line for each part of an identity, without those of `differences`, in which stored rows differ from a run."""
     changed = [what for part, what in PARTS.items() if stored.get(part) != current.get(part)]
     return [f"of the study before it was edited: {what} changed" for what in changed]
 
 
 def _by_dotted_key(mapping):
-    """Dotted key -> value of all that nested mappings and lists hold, but for these themselves: dict."""
+    """Dotted key -> value of all that nested mappings and lists hold, except for these themselves: dict."""
     items = walk(mapping, lists=True)
     return {".".join(map(str, path)): item for path, item in items if not isinstance(item, dict | list)}

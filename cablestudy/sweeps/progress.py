@@ -57,7 +57,7 @@ class Progress:
         return self.rate is not None and self._total - done > SWEEPS.long_sweep * self.rate
 
     def _count(self, done, seconds, now):
-        """Add a report, parameters as of a call and the time now [s]; drop those of the earlier half of the rows."""
+        """Add a report, with the parameters of a call and the time now [s]; drop those of the earlier half of rows."""
         waited = now - self._last - seconds
         self._waited += waited if waited > SWEEPS.workers_begin else 0.0
         self._last = now

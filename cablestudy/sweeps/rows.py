@@ -129,7 +129,7 @@ class Rows(LazyRows):
 
 
 def table_of(study, columns, reference, store, cases):
-    """The table of cases that are in a store; parameters as of `Rows`."""
+    """The table of cases that are in a store; parameters are those of `Rows`."""
     rows, fields = Rows(study, columns, reference, store, cases), fields_of(study, columns, reference[0])
     return Table(fields, rows, more=more_fields(study, fields), errors=rows.errors)
 

@@ -188,7 +188,7 @@ class Run:
         return self.path
 
     def _record(self, command):
-        """Record of the run that computed the table, as YAML: for NAME.run.yaml beside it."""
+        """Record of the run that computed the table, as YAML: for NAME.run.yaml next to it."""
         import yaml
 
         rows = {"total": len(self.cases), "reused": self._reused, "failed": self.failed}

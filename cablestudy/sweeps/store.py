@@ -1,4 +1,4 @@
-"""The rows of a sweep on disk as they are computed: an SQLite database beside the table, opened whatever it holds.
+"""The rows of a sweep on disk as they are computed: an SQLite database next to the table, opened whatever it holds.
 
 Table `rows` has a line for each row of the study's table (see `record`), table `about` says what they depend on:
 
@@ -262,7 +262,7 @@ class RowStore:
     def _checked_rows(self, order, highest):
         """Yield number and stored tuple of each row, None in its place if it is not as it was written.
 
-        `order`: "ASC" or "DESC"; `highest` as of `_keep_valid_rows`.
+        `order`: "ASC" or "DESC"; `highest` as in `_keep_valid_rows`.
         """
         for stored in self.database.execute(f"SELECT {COLUMNS} FROM rows ORDER BY row {order}"):
             is_valid = unpack(stored, self.headers) and (highest is None or stored[0] <= highest)

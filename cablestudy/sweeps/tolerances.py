@@ -13,7 +13,7 @@ class SweepsTolerances:
     chunk_time: float = 4.0
     chunk_cases: int = 5000  # in a chunk: bounds the memory that rows in flight take
     chunk_growth: float = 4  # of the size from one chunk to the next: the first cases may be the cheap ones
-    # of the processor, for a chunk, beside which a search for garbage takes little [s]
+    # of the processor, for a chunk, compared with which a search for garbage takes little time [s]
     collected_time: float = 1.0
 
     # ------------------------------------------------------------------------------ processes and workers

@@ -305,7 +305,7 @@ def residual_vectors(omega, coupling, omitted):
     -------
     ndarray, shape (g, n, k)
         The vectors as columns: amplitudes of the modes, orthonormal, ascending in frequency; k = min(6, n). If fewer
-        vectors are independent but for rounding, the other columns are zero.
+        vectors are independent except for rounding, the other columns are zero.
     """
     if not omitted.any():
         return np.zeros((*omega.shape, min(coupling.shape[-1], omega.shape[-1])))
@@ -316,5 +316,5 @@ def residual_vectors(omega, coupling, omitted):
     stiffness = vectors.swapaxes(-1, -2) @ (omega[..., None] ** 2 * vectors)
     rotation = np.linalg.eigh(stiffness)[1]  # to vectors with a frequency each
     by_frequency = vectors @ rotation
-    is_unit = (by_frequency**2).sum(axis=-2, keepdims=True) > 0.5  # else one of the zeros, but for rounding
+    is_unit = (by_frequency**2).sum(axis=-2, keepdims=True) > 0.5  # else one of the zeros, except for rounding
     return np.where(is_unit, by_frequency, 0.0)

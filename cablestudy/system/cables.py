@@ -260,7 +260,7 @@ class Models:
         return [np.array([masks[cable] for cable in group.cable_indices.tolist()]) for group in self.groups]
 
     def truncation_error(self, coordinates, square, ends):
-        """Part of each cable in the error of squared frequencies by modes that `Coordinates` omit, shape (c, r). [-]
+        """Part of each cable in the error of squared frequencies due to modes that `Coordinates` omit; (c, r). [-]
 
         See `GroupCoordinates.truncation_error`; `square`, shape (c, r), and `ends`, (c, 6, r), as there.
         """
@@ -271,7 +271,7 @@ class Models:
         return error
 
     def mesh_error(self, amplitudes, square, ends):
-        """Estimate the relative error of squared frequencies of a suspension by the mesh of each of its c cables.
+        """Estimate the relative error of squared frequencies of a suspension due to the mesh of each of its c cables.
 
         It is E/w^2 for a mass-normalised mode, whose strain energy is w^2/2. E is a share of the energy in the two
         highest polynomials of a cable's elements: an estimate of the error of twice the strain energy.

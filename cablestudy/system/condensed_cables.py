@@ -5,8 +5,8 @@ replaced by any matrix where the coordinates are no modes:
 
     Q(s) = s^2 M + s C + K,    D(s) = Q_uu - Q_uq Q_qq^-1 Q_qu.
 
-Damping of strain and of point masses has few rows V beside many coordinates: V^T c V with a complex factor c for each
-row. Where the rest of Q_qq is a diagonal matrix d, the formula of Woodbury,
+Damping of strain and of point masses has few rows V compared with the number of coordinates: V^T c V with a complex
+factor c for each row. Where the rest of Q_qq is a diagonal matrix d, the formula of Woodbury,
 
     (d + V^T c V)^-1 = d^-1 - d^-1 V^T (I + c V d^-1 V^T)^-1 c V d^-1,
 

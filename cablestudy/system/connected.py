@@ -64,7 +64,7 @@ def reachable(joined, start):
 def joined_states(a):
     """True where two states depend on each other, of matrices A of shape (n, N, N).
 
-    Entries that are rounding beside the largest ones of their row and of their column join nothing.
+    Entries that are rounding compared with the largest ones of their row and of their column join nothing.
     """
     size = np.abs(a)
     largest_of_row, largest_of_column = size.max(axis=-1, initial=0.0), size.max(axis=-2, initial=0.0)

@@ -82,7 +82,7 @@ class CoupledModes:
     shapes : ndarray, shape (n, k)
         In the coordinates of the system, mass-normalised.
     truncation_error : ndarray, shape (c, k)
-        Relative error of the squared frequencies by modes that each cable leaves out. [-]
+        Relative error of the squared frequencies due to modes that each cable leaves out. [-]
     finer : callable or None
         Computes modes of a finer model, more of them, for `damped`; None where these modes serve.
     all_modes : CoupledModes or None
@@ -355,7 +355,7 @@ def modes_of_row(trial, row, error, finer=None):
     row : int
         Index of the suspension.
     error : ndarray, shape (k,)
-        Estimated relative error of each frequency, but for `Trial.rounding`. [-]
+        Estimated relative error of each frequency, except for `Trial.rounding`. [-]
     finer : callable, optional
         Makes modes of a finer model when they are needed, see `CoupledModes`.
 

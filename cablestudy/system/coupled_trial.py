@@ -118,13 +118,13 @@ class Trial:
 
     @cached_property
     def truncation_error(self):
-        """Relative error of the squared frequencies by modes that each cable leaves out, shape (n, c, k). [-]"""
+        """Relative error of the squared frequencies due to modes that each cable leaves out, shape (n, c, k). [-]"""
         error = self.coordinates.models.truncation_error(self.coordinates, *self._moving_ends)
         return error.reshape(self.rows, -1, self.omega.shape[1])
 
     @cached_property
     def mesh_error(self):
-        """Relative error of the squared frequencies by the mesh of each cable, shape (n, c, k). [-]"""
+        """Relative error of the squared frequencies due to the mesh of each cable, shape (n, c, k). [-]"""
         amplitudes = self.coordinates.amplitudes(self._cable_shapes)
         return self.coordinates.models.mesh_error(amplitudes, *self._moving_ends).reshape(self.truncation_error.shape)
 
@@ -137,7 +137,7 @@ class Trial:
     def rounding(self):
         """Relative error of each frequency by the rounding of the stiffness of the cables, shape (n, k). [-]
 
-        In a soft mode forces of stiff cables all but cancel, and what their rounding leaves is a share of
+        In a soft mode forces of stiff cables nearly cancel, and what their rounding leaves is a share of
 
             sum over the cables of |u|^T |k| |u|/w^2,
 
@@ -173,7 +173,7 @@ class Trial:
         """
         model, omega = RowModel(self, row), self.omega[row]
         if np.isnan(omega).any():
-            reason = model.layout.equilibrium.stability.reason() or "its stiffness is next to nothing"
+            reason = model.layout.equilibrium.stability.reason() or "its stiffness is almost nothing"
             raise NoSolutionError(f"no modes about this equilibrium: {reason}")
         finite = slice(np.count_nonzero(np.isfinite(omega)))  # frequencies ascend
         begin, end = self._begin[row : row + 2]

@@ -108,7 +108,7 @@ class Ends:
         return np.concatenate([modes, self.nodal_displacements(no_amplitudes, np.eye(6))], axis=-1)
 
     def highest_energy(self, amplitudes, ends):
-        """Estimated error of twice the strain energy of motions of all cables by the mesh, shape (..., r). [J]
+        """Estimated error of twice the strain energy of motions of all cables due to the mesh, shape (..., r). [J]
 
         A share of the energy in the two highest polynomials of the elements (`plane_modes.unresolved_share`).
 

@@ -206,7 +206,7 @@ def _consecutive(*sizes):
 
 
 class _EquationRows:
-    """Rows over states and inputs of `equations`, zero at first; arguments as of `_EquationColumns`.
+    """Rows over states and inputs of `equations`, zero at first; arguments are those of `_EquationColumns`.
 
     Attributes
     ----------

@@ -162,7 +162,7 @@ class LinearSystem:
 
     @cached_property
     def _has_unit_mass(self):
-        """True where M is the identity, but for rounding, shape (...)."""
+        """True where M is the identity, except for rounding, shape (...)."""
         return np.abs(self.mass - np.eye(len(self))).max(axis=(-2, -1), initial=0.0) < SYSTEM.entry_rounding
 
     def accelerations(self, forces):

@@ -40,9 +40,9 @@ def keep_modes(system, chosen):
 
         C0 R ((B1 - C S) u' + (B2 - M S) u'' - C Phi q')
 
-    to the outputs; without C Phi q' responses would not be reciprocal. Tensions by winches have it all, beside
+    to the outputs; without C Phi q' responses would not be reciprocal. Tensions by winches have it all, in addition to
     Cj S + Dj: where a winch moves far what hardly resists, these are large and nearly cancel. Of other responses the
-    parts by u' and u'' are left out, and of q' what an input causes at once, Phi^T B2 u': so displacements need no
+    parts by u' and u'' are left out, and of q' what an input causes directly, Phi^T B2 u': so displacements need no
     derivatives of inputs, and neither do tensions by forces, to which they are reciprocal.
     """
     compliance, shapes = system.strain_modes
@@ -82,7 +82,7 @@ def truncate_modes(system, chosen):
 
     Notes
     -----
-    The modes left out are held at zero, but for the movement P B2 u that the inputs impose at once:
+    The modes left out are held at zero, except for the movement P B2 u that the inputs impose directly:
 
         z = Phi q + S u,    S = P B2,    P = M^-1 - Phi Phi^T, the sum of phi phi^T over the modes left out.
 

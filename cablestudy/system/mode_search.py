@@ -104,8 +104,8 @@ class Search:
         """Sums of element orders along each cable for the next meshes, shape (m, c).
 
         They are higher where the mesh makes too large an error. `orders` are those of the last meshes, `mesh_errors`
-        the largest relative errors of a squared frequency by the mesh of each cable, of which accuracy/c is allowed;
-        both of shape (m, c). `highest` is the highest frequency found. [rad/s]
+        the largest relative errors of a squared frequency due to the mesh of each cable, of which accuracy/c is
+        allowed; both of shape (m, c). `highest` is the highest frequency found. [rad/s]
         """
         excess = np.maximum(mesh_errors * mesh_errors.shape[1] / self.accuracy, 1.0)
         refinements = np.ceil(np.log10(excess) / SYSTEM.finer_digits)
@@ -346,7 +346,7 @@ class Search:
         """Solve rows (suspensions) with more and more modes of cables.
 
         A row is solved when the error by the modes left out is within its part of the accuracy (`coordinates_share`).
-        `highest`, shape (m,), and `limits`, (m, c), are first estimates as of `_judge`.
+        `highest`, shape (m,), and `limits`, (m, c), are first estimates as in `_judge`.
 
         Returns
         -------
@@ -376,8 +376,8 @@ class Search:
     def _judge(self, trial, models, rows, highest, limits):
         """Decide for each of m rows of a trial if its c cables keep enough modes; else widen their limits.
 
-        They do if three conditions hold: all modes were found; the error by modes of cables left out is within its part
-        of the accuracy; and cables with own modes near those asked for keep enough of them.
+        They do if three conditions hold: all modes were found; the error due to modes of cables left out is within its
+        part of the accuracy; and cables with own modes near those asked for keep enough of them.
 
         Returns
         -------

@@ -265,9 +265,9 @@ class Residues:
     outputs : ndarray, complex, shape (o, N)
         c_j: share of pole j in each output.
     direct : ndarray, shape (o, i)
-        D: change of each output by each input at once.
+        D: direct change of each output by each input.
     one_sided : bool
-        True if the sum is the response for Im s > 0 alone, as of a complex stiffness: its poles are then no pairs.
+        True if the sum is the response for Im s > 0 alone, as for a complex stiffness: its poles are then no pairs.
     """
 
     poles: np.ndarray

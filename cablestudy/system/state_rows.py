@@ -16,7 +16,7 @@ class StateRows:
 
     A row has the coefficients of the N states x; then, if there are inputs, those of u, of u' and of u'': w = N or
     N + 3 p columns. The inputs are, in this order, the references of the loop, the lengths u_w that the i winches reel
-    in beside the loop, and the forces.
+    in besides the loop, and the forces.
 
     Attributes
     ----------

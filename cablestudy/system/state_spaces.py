@@ -39,8 +39,8 @@ class StateSpaces:
     def __init__(self, motion, control=None, actuators=()):
         self.motion, self._control, self._actuators = motion, control, actuators
         self.rows = rows = state_rows(motion, None, control, actuators)
-        # a force changes an output at once by the accelerations z'' and, with a loop, by rates and accelerations of
-        # winches: at once its output is this matrix times the change of the states
+        # a force changes an output directly by the accelerations z'' and, with a loop, by rates and accelerations of
+        # winches: by this matrix times the change of the states
         self._at_once = np.zeros(rows.outputs.shape, rows.outputs.dtype)
         of_motion = self._at_once[:, : motion.c[2].shape[-2]]
         of_motion[..., len(motion) : 2 * len(motion)] = motion.c[2]
@@ -104,7 +104,7 @@ class StateSpaces:
         ----------
         forces : ndarray, shape (n, m, j)
         direct : ndarray, shape (n, p, j), optional
-            Part of each input that appears in each output of the motion at once.
+            Part of each input that appears in each output of the motion directly.
         """
         b, m = np.zeros((*self.rows.state_rate.shape[:-1], forces.shape[-1])), len(self.motion)
         b[:, m : 2 * m] = self.motion.accelerations(forces)
@@ -114,5 +114,5 @@ class StateSpaces:
         return b, self.rows.outputs, d
 
     def residues(self, forces, direct=None):
-        """`Residues` of each row: list; arguments as of `matrices`."""
+        """`Residues` of each row: list; arguments are those of `matrices`."""
         return list(map(residues, self.eigen, *self.matrices(forces, direct)))

@@ -46,7 +46,7 @@ class SystemTolerances:
     exact_elements: float = 1e-10
     # modes of a cable of such elements whose modal damping counts: an eigenvalue problem of a second
     modally_damped_modes: int = 1800
-    frequency_rounding: float = 1e-12  # error of a frequency by rounding, at least
+    frequency_rounding: float = 1e-12  # error of a frequency due to rounding, at least
     stiffness_rounding: float = 2e-15  # error of the stiffness of a cable's ends by rounding, over its entries
     # modes that the other model needs beyond those asked for: the partner of the highest may be among them
     modes_beyond: int = 8
@@ -63,7 +63,7 @@ class SystemTolerances:
     known_pole_distance: float = 0.1  # relative distance from a known pole, from which on it is another one
     # relative distance from a pole of the model of the modes, from which on it may belong to another mode
     paired_pole_distance: float = 0.02
-    damping_rounding: float = 1e-14  # error of a damping ratio by rounding of the motion that loses energy
+    damping_rounding: float = 1e-14  # error of a damping ratio due to rounding of the motion that loses energy
     # displacements of a cable all of whose modes are computed for a damped pole: half a second
     damped_pole_freedoms: int = 1200
     coarser_mesh_safety: float = 3.0  # on the change of a damping ratio from coarser meshes, where it falls slowly
@@ -75,7 +75,7 @@ class SystemTolerances:
     oscillating_share: float = 0.5
     uncorrected: float = 1e-3  # singular value of the static gain over the largest, below which a pose is not corrected
     dependent_shares: float = 1e5  # sum of the sizes of the shares of all states in a pole,
-    singular_inverse: float = 1e12  # and entry of V^-1, above which A has next to no eigenvectors
+    singular_inverse: float = 1e12  # and entry of V^-1, above which A has almost no eigenvectors
     sharp: float = 0.35  # damping ratio below which a pole makes a response sharp over frequency
     # highest frequency above which other poles are taken, over that up to which the first ones are good: approximants
     # of a delay, whose phase is accurate to 1e-7 there, are so to 4e-5 at 1.4 times it

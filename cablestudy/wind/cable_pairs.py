@@ -145,7 +145,7 @@ def coherence_of_cables(kappa, cable, other):
     least_distance = distance.reshape(by_element).min(axis=(1, 3))
     spacing = np.maximum.outer([arc.spacing for arc in cable], [arc.spacing for arc in other])
     close = least_distance < WIND.close_cables * spacing
-    if min(cable[0].order, other[0].order) == 1:  # bars have two points each, beside many others
+    if min(cable[0].order, other[0].order) == 1:  # bars are many, with two points each
         close[:] = False
     coherence = np.zeros((len(kappa), *distance.shape))
     if not close.all():

@@ -303,7 +303,7 @@ def gusts(wind, drag, layout, shapes, strips, amplitudes, areas, coherence):
 
 
 def damping_of_bodies(drag, layout, shapes):
-    """Aerodynamic damping matrix of m coordinates by the drag on bodies and junctions, arguments as of `gusts`."""
+    """Aerodynamic damping matrix of m coordinates by the drag on bodies and junctions; arguments as for `gusts`."""
     _, _, drag_matrix, displacements = _wind_on_bodies(drag, layout, shapes)
     return (np.swapaxes(displacements, -1, -2) @ drag_matrix @ displacements).sum(axis=0)
 

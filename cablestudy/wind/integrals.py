@@ -138,7 +138,7 @@ def variances_of_rows(integrals, responses):
     """
     found, rows_by_shapes, residues = [None] * len(integrals), {}, {}  # residues: row -> its sum over damped poles
     for row, (integral, response) in enumerate(zip(integrals, responses, strict=True)):
-        # a delay leaves a remainder, smooth over frequency, beside the sum over poles; without delay it is None
+        # a delay leaves a remainder, smooth over frequency, in addition to the sum over poles; without delay it is None
         poles, remainder = response.split(2 * np.pi * integral.panels.highest)
         poles = _without_undamped(poles, integral.least_damping_ratio)
         if remainder is None:

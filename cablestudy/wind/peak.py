@@ -50,7 +50,7 @@ def probability_beyond(level, rate, duration):
     level : float
         Over the RMS; below zero where the mean is beyond already. [-]
     rate : float
-        Expected up-crossings of zero per time, as of `peak_factor`. [Hz]
+        Expected up-crossings of zero per time, as in `peak_factor`. [Hz]
     duration : float
         The time. [s]
 

@@ -44,7 +44,7 @@ def speed_spectrum(frequency, speed, rms, length_scale, kind="von_karman"):
 
 
 def admittance(frequency, speed, area, kind="vickery"):
-    """Aerodynamic admittance: share of the spectrum of the wind that acts on a whole body at once, shape (n,). [-]
+    """Aerodynamic admittance: share of the spectrum of the wind that acts on a whole body, shape (n,). [-]
 
     Small fast gusts do not cover a large body: the factor falls from 1 to 0 with frequency.
 

@@ -9,7 +9,7 @@ class WindTolerances:
     # --------------------------------------------------------------------- coherence of gusts along cables
 
     coherence_functions: int = 800  # of a cable with more nodes the smoothest ones
-    # of a combination of these functions over the largest, up to which it vanishes at all nodes but for rounding
+    # of a combination of these functions over the largest, up to which it vanishes at all nodes except for rounding
     dependent_functions: float = 1e-9
     # points and panels in a decade of `Coherence`, and its error: of 40 random scenes the panels added 1e-7 at most
     # where twice as many do not move the variance by more,
@@ -23,7 +23,7 @@ class WindTolerances:
     # points for that, at least: an error of 3e-8 of an RMS on cables that meet at 1.5 degrees, of 1e-6 of an RMS
     # velocity on cables 0.4 m apart over 300 m
     peak_points: int = 28
-    chord_points: int = 2  # times as many points as of the loads for the coherence by chords in place of arcs
+    chord_points: int = 2  # times as many points as for the loads for the coherence by chords in place of arcs
     narrow_peak: float = 1e-3  # width of a peak in the coherence over the element along which it is: at least,
     broad_peak: float = 10.0  # and at most
     parallel_cables: float = 1e-3  # angle of two cables at least [rad]
@@ -59,7 +59,7 @@ class WindTolerances:
     # ---------------------------------------------------------------------------------- variances by poles
 
     undamped: float = 1e-9  # damping ratio below which a resonance is not bounded,
-    # and that where the wind acts along cables: strain damps waves across them next to nothing
+    # and that where the wind acts along cables: strain damps waves across them almost nothing
     undamped_along_cables: float = 1e-10
     undamped_share: float = 1e-6  # share of a variance by an undamped motion, from which on the variance is refused
     # of the largest pole that oscillates: decay that rounding may make. Real poles that are far faster, of strain that

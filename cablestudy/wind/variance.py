@@ -14,7 +14,7 @@ them.
 A complex stiffness has a response for positive frequencies alone, and its poles are no pairs: r_j is then
 2/(i w - l_j), the sums run over all poles, and the real part is the variance.
 
-The response of a system with a delay has a remainder beside such a sum: `variances_with_remainder`.
+The response of a system with a delay has a remainder in addition to such a sum: `variances_with_remainder`.
 
 Arrays may have leading axes, of many rows (...).
 """

@@ -186,7 +186,7 @@ class CableCase(ComparedCase):
 
     @property
     def statics_error(self):
-        """Relative error of the statics in closed form, by rounding and by what they leave out. [-]"""
+        """Relative error of the statics in closed form due to rounding and to what they leave out. [-]"""
         return float(max(self.results.statics_rounding[self.index], self.results.model_error[self.index]))
 
     @cached_property
@@ -203,7 +203,7 @@ class CableCase(ComparedCase):
 
     @property
     def point_masses(self):
-        """Point masses on the cable, as of its `span`; raises as this."""
+        """Point masses on the cable, as for its `span`; raises as this."""
         self.results.check(self.index)
         return () if self.results.span.load_masses is None else self.span.point_masses
 
@@ -237,7 +237,7 @@ class CableCase(ComparedCase):
         return self.continuous.middle if self.exact_statics else midspan(self.state)
 
     def hanging(self, _):
-        """Its cable of any name, as of a suspension: itself."""
+        """Its cable of any name, as for a suspension: itself."""
         return self
 
     def form_of(self, span):
@@ -390,7 +390,7 @@ class CableCase(ComparedCase):
         return STUDY.spare_modes * number * waves * (1 if self.planar else 2) if number else 0
 
     def frequencies(self, modes):
-        """Frequencies of some modes [Hz], and their estimated relative errors: two lists, as of `Dynamics.frequencies`.
+        """Frequencies of some modes [Hz], and their estimated relative errors: two lists, as in `Dynamics.frequencies`.
 
         Parameters
         ----------

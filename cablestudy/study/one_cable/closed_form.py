@@ -139,7 +139,7 @@ def closed_form(results, required):
 def by_elements(results, required, closed):
     """Compute columns of statics by finite elements for scenes that fix their number, and estimate their errors.
 
-    The error of a number x by elements is |x - x_c| / |x_c|, where x_c is the same number in closed form.
+    The error of a number x due to elements is |x - x_c| / |x_c|, where x_c is the same number in closed form.
 
     Parameters
     ----------

@@ -120,7 +120,7 @@ def why_not(scene, column):
 
 
 def evaluate(scenes, columns, estimate=False):
-    """Rows as of `rows.evaluate_cases`, with columns of suspensions too: cells have the headers asked for."""
+    """Rows as in `rows.evaluate_cases`, with columns of suspensions too: cells have the headers asked for."""
     bare = all(scene.gondola is None for scene in scenes)
     own_columns = {column.header: column_of_one_cable(column, bare) for column in columns}
     rows = evaluate_cases(scenes, list({column.header: column for column in own_columns.values()}.values()), estimate)

@@ -86,7 +86,7 @@ def _reference_state(values, stiffness, elongation):
     stiffness : ndarray, shape (n,)
         EA of the linear cables. [N]
     elongation : ndarray, shape (n,)
-        Unstretched length of the linear cable over the length of the conductor without tension, less one. [-]
+        Unstretched length of the linear cable over the length of the conductor without tension, minus 1. [-]
 
     Returns
     -------
@@ -95,7 +95,7 @@ def _reference_state(values, stiffness, elongation):
     along : ndarray, shape (n, t)
         Tension at t Gauss points along each cable, see `tensions_along`. [N]
     state : (ndarray, dict)
-        Chord over the length of the conductor without tension, less one, shape (n,) [-]; and index of a scene -> why
+        Chord over the length of the conductor without tension, minus 1, shape (n,) [-]; and index of a scene -> why
         there is no such cable.
     """
     span, stretch = load_cases.bare_spans(values), 1.0 + elongation

@@ -302,14 +302,14 @@ def element_results(results):
         For cables on one mesh: their indices in `results`, and their statics by elements. Large groups are split.
     failures : dict
         Index of a cable -> NoSolutionError or ConvergenceError: it has no mesh, its elements have no equilibrium, or it
-        hangs folded, with next to no tension and so no stiffness somewhere.
+        hangs folded, with almost no tension and so no stiffness somewhere.
     """
     groups, failures = [], {}
     in_equilibrium = np.ones(len(results.values), dtype=bool)
     in_equilibrium[list(results.failures)] = False
     for case in np.flatnonzero(results.folded & in_equilibrium).tolist():
         failures[case] = NoSolutionError(LIMP if results.limp[case] else NO_MOTION)
-    # folded cables are failures: with next to no tension somewhere, they have no stiffness there
+    # folded cables are failures: with almost no tension somewhere, they have no stiffness there
     cases = np.flatnonzero(in_equilibrium & ~results.folded)
     for group in _on_equal_meshes(results, cases):
         try:

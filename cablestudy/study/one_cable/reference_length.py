@@ -70,7 +70,7 @@ def _searches(values):
 
 
 def _search_strain(span, of_state, search, strain, reasons):
-    """Find the chord strains (chord over unstretched length, less 1) of cables with a stated tension, or a stated sag.
+    """Find the chord strains (chord over unstretched length, minus 1) of cables with a stated tension, or a stated sag.
 
     Parameters
     ----------

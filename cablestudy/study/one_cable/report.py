@@ -68,7 +68,7 @@ def shape(case, positions):
 
 
 def form_along(statics, span, end_1, positions):
-    """Global coordinates and tension as of `shape`, by the statics of a cable with the position of its end 1 [m]."""
+    """Global coordinates and tension as in `shape`, by the statics of a cable with the position of its end 1 [m]."""
     displacement, tension = statics.shape(positions)
     in_chord_frame = displacement + np.outer(positions * (1 + float(span.chord_strain)), [1.0, 0.0, 0.0])
     return np.asarray(end_1) + in_chord_frame @ span.frame * float(span.unstretched_length), tension

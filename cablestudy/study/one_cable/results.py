@@ -275,7 +275,7 @@ class Results:
 
     @cached_property
     def statics_rounding(self):
-        """Relative error of the statics by rounding, shape (n,). [-]
+        """Relative error of the statics due to rounding, shape (n,). [-]
 
         The least tension has the rounding of the largest, from which it is what remains.
         """
@@ -374,7 +374,7 @@ class Results:
 
     @cached_property
     def folded(self):
-        """True where a cable has next to no tension somewhere, shape (n,)."""
+        """True where a cable has almost no tension somewhere, shape (n,)."""
         return self.catenary.folded
 
     def pieces(self, case):

@@ -93,7 +93,7 @@ class CableChoice(Choice):
             return np.linalg.eigvals(a) if len(a) <= STUDY.cable_states else np.zeros(0, dtype=complex)
         kept = self.kept
         products = sum(np.abs(np.prod(kept.participation[:, list(pair)], axis=1)) for pair in self.pairs)
-        excited = products > 1e-20 * products.max(initial=0.0)  # others are zero but for rounding
+        excited = products > 1e-20 * products.max(initial=0.0)  # others are zero except for rounding
         ratio = np.minimum(kept.damping_ratio[excited], 1.0)
         return kept.omega[excited] * (-ratio + 1j * np.sqrt(1 - ratio**2))
 

@@ -326,7 +326,7 @@ def upright_plane(drawings):
 
 
 def direction(far, size):
-    """Horizontal direction of a vector of shape (2,); x where it is nothing beside a size. [-]"""
+    """Horizontal direction of a vector of shape (2,); x where it is negligible compared with a size. [-]"""
     length = float(np.hypot(*far))
     return far / length if length > FLAT * size else np.array([1.0, 0.0])
 

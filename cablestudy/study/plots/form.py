@@ -115,7 +115,7 @@ class _Picture:
         return panels
 
     def _views(self):
-        """Panels of views from the sides or in space, as of `panels`; of steep cables the distance from the chord."""
+        """Panels of views from the sides or in space, as in `panels`; of steep cables the distance from the chord."""
         views = self._chosen_views()
         grounds = [ground_in(view, self.first.ground, view(self.positions)[:, 0]) for view in views]
         windows = self._windows(views, grounds)

@@ -84,7 +84,7 @@ class ModeDrawing:
         return still + (self.view(places + factor * moved) - still) * [self.across, 1.0]
 
     def turns_in_a_small_body(self, size):
-        """True if a body turns that is small beside the size of the scene. [m]"""
+        """True if a body turns that is small compared with the size of the scene. [m]"""
         return self.body is not None and np.ptp(self.bodies[self.body][0], axis=0).max() < SMALL_BODY * size
 
     def factor(self, peak):
@@ -140,7 +140,7 @@ def coupled_mode_shapes(case, modes, listed=None, share=None):
 
     If all cables end in one vertical plane, the panels show that plane from the side; movement out of it is drawn
     upwards. Scenes that do not lie in one plane, or have no width in it, are drawn in perspective. At most MOST_MODES
-    of the `listed` modes that are asked for, by default all, are shown; `share` is as of `mode_shapes`.
+    of the `listed` modes that are asked for, by default all, are shown; `share` is as in `mode_shapes`.
     """
     listed, drawing = len(modes) if listed is None else listed, drawing_of(case)
     plane, peak = upright_plane([drawing]), style.nice(PEAK_OVER_SIZE * drawing.size)  # largest displacement drawn [m]
@@ -315,7 +315,7 @@ def _window(shown, factors, share, with_inset, ratio):
     """`Window` around all displaced modes, and the side of the square below for the picture of an enlarged body. [m]
 
     `ratio`: height over width of a panel in a plane, None in perspective; `factors`: that of the displacements of each
-    mode; `with_inset`: whether to leave room for the square; other arguments as of `_figure`.
+    mode; `with_inset`: whether to leave room for the square; other arguments are those of `_figure`.
     """
     displaced = (0.0, 1.0) if share is None else (-1.0, 1.0)
     outlines = [mode.outline(part * factor) for part in displaced for mode, factor in zip(shown, factors, strict=True)]

@@ -56,7 +56,7 @@ def not_drawn(study):
 
 
 def _line_figure(study, every, rows, chosen):
-    """Figure with one panel for each drawn column of a study, all over one x; arguments as of `colour_map`.
+    """Figure with one panel for each drawn column of a study, all over one x; arguments are those of `colour_map`.
 
     `chosen`: columns and varied keys that are drawn along y in place of those that the study states.
     """
@@ -261,7 +261,7 @@ def sensitivity_plot(study, table):
     from the table of `Sensitivity.table`.
     """
     fixed = ("column", "parameter", *(f"{kind}{end}" for kind in INDICES for end in ("", "_low", "_high")))
-    others = [field for field in table.fields if field.name not in fixed]  # keys that vary beside the sample
+    others = [field for field in table.fields if field.name not in fixed]  # keys that vary besides the sample
     groups = _groups(table.rows, others)
     count = min(len(groups), MOST_PANELS)
     columns = 1 if count == 1 else 2

@@ -182,7 +182,7 @@ class SuspensionAtRest:
         return np.where(is_rounding, 0.0, matrix)
 
     def stiffness_entry(self, name, row, column):
-        """An entry of `body_stiffness`, and its estimated relative error: that beside the diagonal by its own size."""
+        """An entry of `body_stiffness`, and its estimated relative error: off the diagonal by the size of the entry."""
         entry, size = self.body_stiffness(name)[row, column], self._body_stiffness(name)[1][row, column]
         errors, least = self.group.errors, self.statics_error(None)
         if not entry:

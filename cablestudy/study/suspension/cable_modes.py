@@ -28,7 +28,7 @@ class CableModes(Results):
     drag : SteadyDrag or None
         Drag of a steady wind on them, which fixed elements follow, see `FixedModel`.
     mode_error : float
-        Relative error of all frequencies, by drag that is taken as uniform along each cable. [-]
+        Relative error of all frequencies due to drag that is taken as uniform along each cable. [-]
     finer : callable
         Function without arguments -> `CableModes` of the suspension with a finer model.
 

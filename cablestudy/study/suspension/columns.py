@@ -55,7 +55,7 @@ def _why_no_owner(scene, owner):
 
 
 def _why_not_of_owner(scene, owner, column, in_wind):
-    """Reason as of `why_not` for a column at rest of a part of the scene; `in_wind` are the names of its others."""
+    """Reason as in `why_not` for a column at rest of a part of the scene; `in_wind` are the names of its others."""
     quantity = column.name.partition(".")[2]
     if family_member(quantity) and owner in scene.cables:
         return ""
@@ -89,7 +89,7 @@ def _columns_of_owners(scene):
 
 
 def _why_not_of_whole(scene, column):
-    """Reason as of `why_not`, for a column of the whole suspension, without a name before it."""
+    """Reason as in `why_not`, for a column of the whole suspension, without a name before it."""
     strong = any(cable.section_breaking_force is not None for cable in scene.cables.values())
     if column.name in ("max_utilisation", "max_peak_utilisation") and not strong:
         return f"{column.name} needs the strength or breaking_force of a cable, which the scene does not have"

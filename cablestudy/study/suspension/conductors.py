@@ -96,7 +96,7 @@ class SuspendedConductors:
 
 
 def conductors_of(scenes, at_rest):
-    """`SuspendedConductors` of suspensions, parameters as of these; None where no cable has permanent elongation."""
+    """`SuspendedConductors` of suspensions, with its parameters; None where no cable has permanent elongation."""
     if all(cable.stress_strain is None for scene in scenes for cable in scene.cables.values()):
         return None
     return SuspendedConductors(scenes, at_rest)

@@ -1,4 +1,4 @@
-"""Change of suspensions in a steady wind by drag that varies along each cable, in place of uniform drag.
+"""Change of suspensions in a steady wind due to drag that varies along each cable, in place of uniform drag.
 
 It is the error of all that takes the drag as uniform: `DragChange`. Mean displacements in the wind count it in:
 `Poses`. The actual drag changes the forces of each cable on its ends (`CablesInDrag`), and these move the bodies, until
@@ -138,7 +138,7 @@ def _moves(suspension):
 
 @dataclass(frozen=True)
 class DragChange:
-    """Estimated errors of an equilibrium by drag that is taken as uniform along each cable.
+    """Estimated errors of an equilibrium due to drag that is taken as uniform along each cable.
 
     Attributes
     ----------
@@ -299,7 +299,7 @@ class MovedState:
 
     ends: np.ndarray  # (n, c + l, 2, 3): movement of the ends of cables and links [m]
     net: np.ndarray  # (n, d): net force [N] and moment [N m] on the free degrees of freedom
-    # (n,): true where what is left out of balance is next to nothing of what the forces change, and cables are settled
+    # (n,): true where what is left out of balance is almost nothing of what the forces change, and cables are settled
     balanced: np.ndarray
     of_links: np.ndarray  # (n, l): change of the forces of links [N]
     blocks: tangent.Blocks  # tangent stiffness, the drag as a dead load

@@ -22,7 +22,7 @@ class EquilibriumErrors:
         Function without arguments -> `Equilibrium` about which the suspensions move, in the mean wind, and its `Drag`.
     conductors : SuspendedConductors or None
     rounding : ndarray, shape (n,), optional
-        Errors by rounding, of equilibria whose positions and attitudes have none; computed by default.
+        Errors due to rounding, of equilibria whose positions and attitudes have none; computed by default.
     """
 
     def __init__(self, reference, equilibrium, drag, in_wind, conductors, rounding=None):
@@ -60,7 +60,7 @@ class EquilibriumErrors:
 
     @cached_property
     def modes(self):
-        """Errors of all frequencies by drag and conductors, shape (n,). [-]"""
+        """Errors of all frequencies due to drag and conductors, shape (n,). [-]"""
         change = self.drag_change
         return errors_of_modes(change.error, change.form_error, change.stiffness_error) + self._conductor
 

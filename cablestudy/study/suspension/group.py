@@ -39,7 +39,7 @@ from cablestudy.study.suspension.numbers import CableValues, SingleCable, distri
 from cablestudy.study.tolerances import STUDY
 from cablestudy.wind.mean import equilibrium_in_wind
 
-# zero but for rounding where the load is along the chord
+# zero except for rounding where the load is along the chord
 HORIZONTAL = (
     "horizontal_tension", "reaction_1_horizontal", "reaction_2_horizontal", "catenary_constant", "lambda_squared",
 )  # fmt: skip

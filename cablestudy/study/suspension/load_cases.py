@@ -168,7 +168,7 @@ def _moves_of_bodies(scenes):
 def _forces(scenes, suspension):
     """Dead loads with those of the load cases: fields of `SuspendedSystem`, those that change.
 
-    A force on a marker is one on the reference point and an eccentric load, as of `SuspendedSystem.eccentric_loads`.
+    A force on a marker is one on the reference point and an eccentric load, as in `SuspendedSystem.eccentric_loads`.
     """
     if not any(scene.load_case.forces for scene in scenes):
         return {}
@@ -186,14 +186,14 @@ def _forces(scenes, suspension):
 
 
 def _shrunk(values, names):
-    """Text for each case on cables with next to no length left at its temperature; empty without any: list."""
-    text = "at the temperature of the case next to nothing is left of its length, by its expansion"
+    """Text for each case on cables with almost no length left at its temperature; empty without any: list."""
+    text = "at the temperature of the case almost nothing is left of its length, by its expansion"
     shrunk_cables = [", ".join(np.array(names, dtype=object)[of_case]) for of_case in shrunk(values)]
     return [f"{cables}: {text}" if cables else "" for cables in shrunk_cables]
 
 
 def numbers_at_rest(scenes):
-    """`SuspendedSystem` of scenes in the reference state; parameters as of `numbers_of`."""
+    """`SuspendedSystem` of scenes in the reference state; parameters are those of `numbers_of`."""
     return replace(numbers_of(scenes), **_reference_loads(scenes))
 
 
@@ -280,7 +280,7 @@ def _case_loads(values, names, lengths, length_ratio):
 
 
 def _steady_drag(scenes, cables, body_names):
-    """`Drag` of the steady winds of some scenes, with a leading axis of cases; `cables` as of `Drag`."""
+    """`Drag` of the steady winds of some scenes, with a leading axis of cases; `cables` as in `Drag`."""
     winds = [scene.load_case.wind for scene in scenes]
     direction = wind_direction(np.array([wind.direction for wind in winds]))
     speed = np.sqrt([wind.dynamic_pressure for wind in winds])  # where the density is 2 kg/m^3

@@ -62,7 +62,7 @@ def strength_warning(case):
 
 
 def warnings_of(case):
-    """Warnings and notes on a case beside its results, a tuple of str.
+    """Warnings and notes on a case in addition to its results, a tuple of str.
 
     `strength_warning`, `notes_on_lost_cables`, `note_on_moved_bodies`, `reference_without_loads`, and
     `notes.long_cables` for cables much longer than their spans.

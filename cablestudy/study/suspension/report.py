@@ -333,7 +333,7 @@ def mode_errors(case, modes, count):
     Returns
     -------
     frequency, damping_ratio : ndarray, shape (count,)
-        NaN where they are not known; 0 where both x and x_f are zero, as of a mode without damping. [-]
+        NaN where they are not known; 0 where both x and x_f are zero, as for a mode without damping. [-]
     """
     if not case.fixed:
         by_drag = case.group.errors.modes[case.index]

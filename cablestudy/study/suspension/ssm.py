@@ -61,7 +61,7 @@ class SuspensionChoice(CoupledChoice):
             *mode_notes(self.case, self.found, int(max(self.chosen, default=-1)) + 1),
             *unknown_damping_ratios(self.found),
             self.left_out(self.share),
-            "not in A, B, C, D: what velocity and acceleration of winches and forces add to tensions at once"
+            "not in A, B, C, D: the direct effect of velocity and acceleration of winches and forces on tensions"
             " (D1 and D2 of the file)",
             *([] if self.case.scene.winches else ["winches: the scene names none, and no cable is reeled in"]),
             *damping_notes(self.case.scene),
@@ -86,10 +86,10 @@ class SuspensionChoice(CoupledChoice):
 
 
 def check_options(options, responds, out):
-    """Refuse `StateSpaceOptions` that have no effect: SceneError; parameters as of `one_cable.ssm.check_options`."""
+    """Refuse `StateSpaceOptions` that have no effect: SceneError; parameters as for `one_cable.ssm.check_options`."""
     kinds = "in a coupled mode cables and bodies move in several planes: it is of no kind"
     refuse_options({"--kinds": options.kinds}, kinds)
-    shapes = "actuators and loop act on static shapes beside the modes that are kept"
+    shapes = "actuators and loop act on static shapes in addition to the modes that are kept"
     refuse_options({"--no-residual": options.attached and not options.residual}, shapes)
     lowest = "with actuators or loop the lowest modes are kept, see --modes and --upto"
     refuse_options({"--error": options.attached and options.error}, lowest)
@@ -233,7 +233,7 @@ def linear_model(case, found, nodes=False):
 def with_node_forces(system, layout, coordinates):
     """Add forces on the inner nodes of the cables, for wind that varies along them, to the inputs of a linear system.
 
-    While nothing moves, the two ends of a cable carry these forces, which changes its tensions at once: the change is
+    While nothing moves, the two ends of a cable carry these forces, which changes its tensions directly: the change is
     in the matrix D of the system (see `strips.amplitudes`).
 
     Parameters

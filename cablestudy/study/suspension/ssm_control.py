@@ -108,17 +108,17 @@ class ControlledChoice(CoupledChoice):
         others = self.closed_loop.motion.shapes.shape[1] - kept
         about = "without wind" if scene.wind is None else "in the mean wind"
         derivatives = any(matrix.any() for matrix in self.reduced.derivatives)
-        velocity = (
-            "a reference adds to tensions at once (D1"
+        direct = (
+            "of a reference on tensions (D1"
             if self.loop
-            else ("winches adds to tensions and actuators at once, and their acceleration (D1 and D2")
+            else "and acceleration of winches on tensions and actuators (D1 and D2"
         )
         return [
             *notes_of(self.case),
             f"kept: the {kept} lowest modes, and {others} shapes (residual) for the static part of the others",
             f"about: the equilibrium {about}",
             *([*_of_loop(self.whole), *law_notes(self.loop)] if self.loop else ()),
-            *([f"not in A, B, C, D: what the velocity of {velocity} of the file)"] if derivatives else []),
+            *([f"not in A, B, C, D: the direct effect of the velocity {direct} of the file)"] if derivatives else []),
             *damping_notes(scene),
         ]
 
