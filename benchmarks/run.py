@@ -26,11 +26,11 @@ SECTIONS = {
     "Sweeps": sweeps.section,
     "Effort against size": scaling.section,
     "Suspensions": suspensions.section,
-    "Beside other programs": others.section,
+    "Compared with other programs": others.section,
     "Rows of a sweep": rows.section,
     "Start-up": scaling.start_up,
 }
-ORDER = ("Beside other programs", "Rows of a sweep", "Sweeps", "Effort against size", "Suspensions", "Start-up")
+ORDER = ("Compared with other programs", "Rows of a sweep", "Sweeps", "Effort against size", "Suspensions", "Start-up")
 # Sizes with which every script runs in seconds, for tests/test_benchmarks.py.
 TINY = {
     cables: {"COUNT": 5},

@@ -13,14 +13,14 @@ from command import LONGEST, ROOT
 FOLDER = ROOT / "benchmarks"
 # section of docs/benchmarks.md -> words of rows that it must have
 SECTIONS = {
-    "Beside other programs": ("cablestudy", "cablestudy, accuracy 1e-06"),
+    "Compared with other programs": ("cablestudy", "cablestudy, accuracy 1e-06"),
     "Rows of a sweep": ("sweep of 2, no two of one cable", "kelvin_voigt, sweep of 2 diameters", "accuracy 1e-10"),
     "Sweeps": ("`sweep --jobs 2`, tables written", "`--jobs 1`", "`--scheduler`, 2 dask workers"),
     "Effort against size": ("250", "2500", "exponent"),
     "Suspensions": ("cablestudy", "sweep of 2 over wind.speed", "24", "exponent"),
     "Start-up": ("`cablestudy --help`",),
 }
-SHORT = ("Beside other programs", "Rows of a sweep", "Effort against size", "Start-up")
+SHORT = ("Compared with other programs", "Rows of a sweep", "Effort against size", "Start-up")
 NOT_FINITE = re.compile(r"\b(nan|inf|none)\b", re.IGNORECASE)
 
 

@@ -53,11 +53,11 @@ def compute(scene, case, command, style=None, **options):
     "--table",
     "name",
     type=click.Choice((*TABLES, LOADS)),
-    help="Each point load on a cable (loads); of a suspension: only this table.",
+    help="loads: each point load on a cable; for suspensions: show only this table.",
 )
 @click.option("--locus", metavar="LOAD[:COUNT]", help="The path of a load that travels, e.g. load1, CABLE.load1:99.")
 @click.option("--limits", is_flag=True, help="The limits of the scene instead, each in the load case that governs.")
-@click.option("--form-finding", "form", is_flag=True, help="Of a suspension: the form by force densities instead.")
+@click.option("--form-finding", "form", is_flag=True, help="Suspensions only: the form by force densities instead.")
 def static(scene, sets, case, shape, limits, name, locus, form, style, plot, explain, quiet):
     """Tension, sag, end stiffness and more of one scene; of a suspension bodies, points, cables and stiffness."""
     given = {"--shape": shape, "--limits": limits, "--table": name, "--locus": locus, "--form-finding": form}
@@ -103,10 +103,10 @@ def check_options_of_static(given):
 
 
 @scene_command
-@click.option("-n", "count", type=click.IntRange(1, 100_000), help="How many, from the lowest. Default: 12.")
+@click.option("-n", "count", type=click.IntRange(1, 100_000), help="Number of modes, from the lowest. Default: 12.")
 @click.option("--upto", metavar="FREQ", help="All up to a frequency instead, e.g. 20 Hz.")
-@click.option("--cable", metavar="NAME", help="Of a suspension: modes of this cable, its ends held.")
-@click.option("--coupled", is_flag=True, help="Of one cable: its modes together with those of the gondola on it.")
+@click.option("--cable", metavar="NAME", help="Suspensions only: modes of this cable with fixed ends.")
+@click.option("--coupled", is_flag=True, help="One cable only: coupled modes of the cable and its gondola.")
 @click.option("--animate", metavar="FILE", help="Draw the modes in motion too: .gif, or .html of one file.")
 def modes(scene, sets, case, count, upto, cable, coupled, animate, style, plot, explain, quiet):
     """Frequencies, kinds and participation factors of the cable with fixed ends; of a suspension its coupled modes."""
@@ -128,9 +128,9 @@ def modes(scene, sets, case, count, upto, cable, coupled, animate, style, plot, 
 @click.option(
     "--on",
     type=click.Choice(["gondola", "cable", "both"]),
-    help="What the wind acts on. Default: gondola, or a cable without one. Of a suspension it is the key wind.on.",
+    help="What the wind acts on. Default: gondola, or a cable without one. For suspensions see the key wind.on.",
 )
-@click.option("--table", "name", type=click.Choice(WIND_TABLES), help="Of a suspension: only this table.")
+@click.option("--table", "name", type=click.Choice(WIND_TABLES), help="Suspensions only: show only this table.")
 def windrms(scene, sets, case, style, plot, on, name, explain, quiet):
     """RMS of the gondola in the wind, with and without the winch loop; loop margins. Without a gondola, of the cable;
     of a suspension, of its bodies, markers, cables and actuators."""
@@ -150,7 +150,7 @@ def windrms(scene, sets, case, style, plot, on, name, explain, quiet):
 @click.option("--out", metavar="FILE.html", help="Where the page goes. Default: NAME.html in this folder.")
 @click.option("--title", metavar="TEXT", help="Heading of the page. Default: the title of the study, or NAME.")
 @COLUMNS
-@click.option("--where", metavar="CONDITION", help="Of a study: show only such rows, e.g. 'sag < 0.5 m'.")
+@click.option("--where", metavar="CONDITION", help="Studies only: show only such rows, e.g. 'sag < 0.5 m'.")
 @JOBS
 @QUIET
 def report(path, sets, vary, case, out, title, columns, where, jobs, quiet):
@@ -201,7 +201,7 @@ def find(scene, goal, by, between, names, sets, case, style, quiet):
     metavar="A,B,...",
     help="What to compare. Default: stiffness, frequencies; also wind of a gondola, and tension of a suspension.",
 )
-@click.option("--repeats", type=click.IntRange(1, 1000), default=5, help="Of each timing. Default: 5.")
+@click.option("--repeats", type=click.IntRange(1, 1000), default=5, help="Repeats of each timing. Default: 5.")
 @click.option("--out", metavar="DIR", help="Write trade-SCENE.csv and trade-SCENE.md there.")
 def trade(scene, sets, case, names, repeats, out, style, plot, explain, quiet):
     """Error against time for every model that a user can choose, from closed form to high order."""
@@ -219,13 +219,17 @@ def trade(scene, sets, case, names, repeats, out, style, plot, explain, quiet):
 @click.option("--time", "duration", metavar="DURATION[:COUNT]", help="Response in time instead, e.g. 60s or 60s:2001.")
 @click.option(
     "--input", "input_", metavar="NAME",
-    help="Of --time: a step of the winch (the default) or of the reference, a gust, or a step of the wind speed: "
-    "winch, reference, gust, wind. Of a suspension winch.CABLE and reference.x.",
+    help="With --time: a step of the winch (the default) or of the reference, a gust, or a step of the wind speed: "
+    "winch, reference, gust, wind. For suspensions winch.CABLE and reference.x.",
 )  # fmt: skip
-@click.option("--output", metavar="NAME", help="Of --time of a suspension: what of its pose, as gondola.x.")
-@click.option("--size", metavar="SIZE", help="Of the input. Default: 1 mm, or 3 standard deviations of the turbulence.")
-@click.option("--length", metavar="TIME", help="Of a gust. Default: length scale of the turbulence over wind speed.")
-@click.option("--table", "name", type=click.Choice(LOOP_TABLES), help="Of a suspension: only this table.")
+@click.option("--output", metavar="NAME", help="With --time, suspensions only: coordinate of the body, e.g. gondola.x.")
+@click.option(
+    "--size", metavar="SIZE", help="Size of the input. Default: 1 mm, or 3 standard deviations of the turbulence."
+)
+@click.option(
+    "--length", metavar="TIME", help="Duration of a gust. Default: length scale of the turbulence over wind speed."
+)
+@click.option("--table", "name", type=click.Choice(LOOP_TABLES), help="Suspensions only: show only this table.")
 def loop(scene, sets, case, span, duration, input_, output, size, length, name, style, plot, explain, quiet):
     """The winch loop: margins, sensitivity, bandwidth; over frequency; in time."""
     exclude({"response": span, "time": duration}, [(("--response",), ("--time",))])
@@ -257,7 +261,7 @@ def joined(context, parameter, texts):
     "--with",
     "attached",
     type=click.Choice(["gondola", "loop", "actuators"]),
-    help="On end 2: gondola, or winch loop. Of a suspension: winch loop, or actuators only.",
+    help="On end 2: gondola, or winch loop. For suspensions: winch loop, or actuators only.",
 )
 @click.option("--wind", is_flag=True, help="Forces on the nodes of cables as inputs too.")
 @click.option(
@@ -268,15 +272,16 @@ def joined(context, parameter, texts):
 )
 @click.option(
     "--input", "input_", metavar="NAMES", multiple=True, callback=joined,
-    help="Of --response and --error (default: end_2_x, or the first); of --out: the only inputs. Repeatable, or A,B.",
+    help="With --response and --error (default: end_2_x, or the first); with --out: the only inputs. Repeatable, "
+    "or A,B.",
 )  # fmt: skip
 @click.option(
     "--output", metavar="NAMES", multiple=True, callback=joined,
-    help="The same: forces of the cable, as end_2_x, or other outputs.",
+    help="Likewise: forces of the cable, e.g. end_2_x, or other outputs.",
 )  # fmt: skip
 @click.option(
     "--proper", is_flag=True,
-    help="Of --out: accelerations as inputs, positions and velocities as states, so that D1 and D2 are zero.",
+    help="With --out: accelerations as inputs, positions and velocities as states, so that D1 and D2 are zero.",
 )  # fmt: skip
 def ssm(scene, sets, case, out, count, upto, error, kinds, no_residual, attached, wind, span, input_, output, proper,
         style, plot, explain, quiet):  # fmt: skip

@@ -184,7 +184,7 @@ class Scene(SceneCommands):
         length : float or str, optional
             Time that a gust lasts, in s or with a unit; by default length scale of the turbulence over wind speed.
         output : str, optional
-            Of a suspension, the coordinate of a body that is shown, for example "gondola.x".
+            Suspensions only: the coordinate of a body that is shown, for example "gondola.x".
         """
         timed = {"input": input, "size": size, "length": length, "output": output}
         return self.compute("loop", time=time, **timed).frame()

@@ -86,7 +86,7 @@ class Cable(CableProperties):
     table: ClassVar[str] = "cable"
 
     ends: tuple[Position, Position] | None = Field(None, description="End 1 and end 2, z up (instead of chord)")
-    chord: Length | None = Field(None, description="Distance of the ends (instead of ends)")
+    chord: Length | None = Field(None, description="Distance between the ends (instead of ends)")
     inclination: Inclination | None = Field(
         None, description="With chord: angle above the horizontal, end 2 higher when positive; a bare number is rad"
     )

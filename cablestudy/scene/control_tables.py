@@ -66,7 +66,7 @@ class Controller(KeyTable):
         NotchTable.model_construct(), description="Notch filter, or none"
     )
     proportional_gain: Annotated[float, Quantity("", 0, 1e9, SCENE.least_positive)] = Field(
-        0.0, description="Movement of the winch per displacement that is measured; needs bandwidth of the winch"
+        0.0, description="Displacement of the winch per measured displacement; needs bandwidth of the winch"
     )
     derivative_gain: Annotated[float, Quantity("s", 0, 1e9, SCENE.least_positive)] = Field(
         0.0, description="The same per velocity; needs derivative_filter, and bandwidth of the winch"
@@ -127,7 +127,7 @@ class AllocationTable(KeyTable):
 class Control(Drive, Controller):
     """The loop of all winches of a suspension: one controller with a notch for each measured coordinate."""
 
-    body: Name | None = Field(None, description="Whose pose is controlled; needed where there are several bodies")
+    body: Name | None = Field(None, description="Body whose pose is controlled; needed where there are several bodies")
     measured: Annotated[tuple[Literal[MOTIONS], ...], AfterValidator(each_once)] | None = Field(
         None, min_length=1, description="What of its pose is measured (default: what is free)"
     )

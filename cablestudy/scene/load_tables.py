@@ -70,7 +70,7 @@ class Ice(KeyTable):
     table: ClassVar[str] = "ice"
 
     thickness: Annotated[float, Quantity("m", 0, 1e3)] | None = Field(
-        None, description="Thickness of a layer all around, which the wind sees too (instead of weight)"
+        None, description="Thickness of a layer all around, which widens the cable in the wind (instead of weight)"
     )
     density: Annotated[float, Quantity("kg/m^3", 1e-9, 1e6)] = Field(ICE_DENSITY, description="Density of that layer")
     weight: Annotated[float, Quantity("N/m", 0, 1e18)] | None = Field(
@@ -103,7 +103,7 @@ class SteadyWind(KeyTable):
         1.2, description="Drag coefficient of the cable, across the wind"
     )
     at: Annotated[float, Quantity("m", 1e-3, 1e9)] | None = Field(
-        None, description="Height above the ground at which it has this speed or pressure; without it everywhere"
+        None, description="Height above the ground at which it has this speed or pressure; default: at all heights"
     )
     exponent: Annotated[float, Quantity("", 0, 1)] | None = Field(
         None, description="With at: the speed is that at this height times (height/at)^exponent, none below the ground"
@@ -229,13 +229,13 @@ Names = Annotated[tuple[Name, ...], Field(min_length=1)]
 class IceOnCables(Ice):
     """Ice on the cables of a suspension, or on some of them."""
 
-    on: Names | None = Field(None, description="Names of the cables that carry it; without it all")
+    on: Names | None = Field(None, description="Names of the cables that carry it; default: all")
 
 
 class SteadyWindOn(SteadyWind):
     """A steady wind on the cables and bodies of a suspension, or on some of them."""
 
-    on: Names | None = Field(None, description="Names of the cables and bodies on which it acts; without it all")
+    on: Names | None = Field(None, description="Names of the cables and bodies on which it acts; default: all")
 
 
 class SuspensionLoadCase(CommonLoadCase):
@@ -243,7 +243,9 @@ class SuspensionLoadCase(CommonLoadCase):
 
     ice: IceOnCables | None = Field(None, description="Ice, or any other load per length")
     wind: SteadyWindOn | None = Field(None, description="Steady wind on cables and bodies")
-    lost: tuple[Name, ...] = Field((), description="Names of cables that are not there, nor their mass and wind")
+    lost: tuple[Name, ...] = Field(
+        (), description="Names of cables that are absent (broken), with their mass and wind load"
+    )
 
     forces: dict[Name, ForceOrLoad] = Field(
         {}, description="Name of a free point, a body or BODY.MARKER -> force [x, y, z], or {force, moment} of a body"
@@ -272,4 +274,4 @@ class ReferenceTable(KeyTable):
     """The state in which preload, tension and sag of a cable hold."""
 
     temperature: Temperature = Field(288.15, description="Temperature of the cable, also where a case gives none")
-    loads: StrictBool = Field(False, description="Whether the point loads of the cable are on it")
+    loads: StrictBool = Field(False, description="Whether the point loads of the cable act in it")

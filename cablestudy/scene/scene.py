@@ -71,7 +71,7 @@ class CableScene(SceneTable):
     cases: dict[CaseName, LoadCase] = Field(
         {}, description="Name -> temperature, ice, wind, loads, forces and moves of a load case"
     )
-    case: Name | None = Field(None, description="Which of the cases; without it the reference state with its loads")
+    case: Name | None = Field(None, description="Load case to compute; default: the reference state with its loads")
     limits: Limits = Field({}, description="Name -> what must hold in load cases: a comparison, or {that, cases}")
     exposure: Exposure | None = Field(None, description="Time of one exposure, within which motion blurs the image")
     correction: Correction | None = Field(None, description="The mirror that corrects the image")

@@ -91,7 +91,7 @@ class Section(Properties):
     complete: ClassVar[bool] = True  # whether stiffness, mass and size must be known
 
     material: Annotated[str, Field(strict=True), AfterValidator(_check_material)] | None = Field(
-        None, description="Name in the table of materials: for what is not given here"
+        None, description="Name in the table of materials, for what is not given here"
     )
     state: State | None = Field(
         None,

@@ -76,7 +76,7 @@ class SuspensionScene(SceneTable):
     cases: dict[CaseName, SuspensionLoadCase] = Field(
         {}, description="Name -> temperature, ice, wind, loads, forces, moves and lost cables of a load case"
     )
-    case: Name | None = Field(None, description="Which of the cases; without it the reference state")
+    case: Name | None = Field(None, description="Load case to compute; default: the reference state")
     limits: Limits = Field({}, description="Name -> what must hold in load cases: a comparison, or {that, cases}")
     exposure: Exposure | None = Field(None, description="Time of one exposure, within which motion blurs the image")
     correction: MarkerCorrection | None = Field(None, description="The mirror that corrects the image")

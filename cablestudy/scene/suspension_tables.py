@@ -53,8 +53,10 @@ class PointTable(KeyTable):
 
     bare: ClassVar[str] = "at"
 
-    at: Position = Field(description="Where it is; of a free point where the search begins")
-    free: StrictBool = Field(False, description="Whether it finds its place: a junction of cables")
+    at: Position = Field(description="Position; of a free point where the search begins")
+    free: StrictBool = Field(
+        False, description="True for a junction of cables, whose position follows from equilibrium"
+    )
     mass: Annotated[float, Quantity("kg", 0, 1e15)] = Field(0.0, description="Mass of a free point")
     force: ForceVector = Field((0.0, 0.0, 0.0), description="Dead load on a free point")
 
@@ -85,7 +87,7 @@ Attitude = Annotated[
 class Body(KeyTable):
     """A rigid body. Vectors that begin at its reference point are in body axes, but loads are in global ones."""
 
-    at: Position = Field(description="Its reference point: where it shall be, or where the search begins")
+    at: Position = Field(description="Position of its reference point: the required one, or where the search begins")
     attitude: Attitude = Field(
         (0.0, 0.0, 0.0), description="Roll, pitch, yaw: R = Rz(yaw) Ry(pitch) Rx(roll); or free: to be found"
     )
@@ -99,7 +101,7 @@ class Body(KeyTable):
     attachments: dict[Name, Position] = Field({}, description="Name -> place where a cable may end, body axes")
     markers: dict[Name, Position] = Field({}, description="Name -> place whose motion is an output too, body axes")
     free: Annotated[tuple[Literal[MOTIONS], ...], AfterValidator(each_once)] = Field(
-        MOTIONS, description="What may move, about global axes; the rest is held"
+        MOTIONS, description="Components that are free, along and about global axes; the others are held"
     )
     wind: BodyWind | None = Field(None, description="Areas and drag that it has in the wind")
     force: ForceVector = Field((0.0, 0.0, 0.0), description="Dead load at the reference point, global axes")
@@ -274,7 +276,7 @@ class Tensions(KeyTable):
     """Which tensions are chosen where more cables than necessary hold the bodies."""
 
     method: Literal["balanced", "least", "closest"] = Field(
-        "balanced", description="Least variance, least sum of squares, or closest to reference, of the mean tensions"
+        "balanced", description="Mean tensions of least variance, of least sum of squares, or closest to reference"
     )
     min: Annotated[float, Quantity("N", 0, 1e24)] = Field(0.0, description="Least mean tension allowed")
     max: Tension | None = Field(None, description="Largest mean tension allowed")

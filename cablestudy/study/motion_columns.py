@@ -32,10 +32,10 @@ SENSITIVITY = {
     "bandwidth": ("Hz", "first frequency at which the largest singular value of T = L (I + L)^-1 falls below "
                   "1/sqrt(2); empty where it never does"),
     "disk_margin": ("", "alpha: stable with each factor (1 + d/2)/(1 - d/2) of the loop gain, |d| < alpha; at most 2. "
-                    "Of several loops a lower bound: with such factors of all, coupled ones too"),
+                    "Of several loops a lower bound, for such factors of all at once, also coupled ones"),
     "disk_gain_margin": ("dB", "gains may grow or fall by less than this, those of several loops independently; empty "
-                         "where by any factor"),
-    "disk_phase_margin": ("deg", "phases may turn by less than this, those of several loops independently"),
+                         "if without limit"),
+    "disk_phase_margin": ("deg", "phases may change by less than this, those of several loops independently"),
 }  # fmt: skip
 
 
@@ -176,8 +176,8 @@ def loop_columns(keys):
                          "proportion; empty when it always is"),
         "gain_margin": ("dB", "largest stable gain over the gain, of all winches together; empty when there is no "
                         "limit"),
-        "phase_crossover": ("Hz", "frequency at which the largest gain puts a pole of the loop on the axis: that of "
-                            "the gain margin"),
+        "phase_crossover": ("Hz", "frequency at which the largest gain puts a pole of the loop on the imaginary axis: "
+                            "that of the gain margin"),
     }  # fmt: skip
     margins = {
         "phase_margin": ("deg", "least angle to instability where the loop gain is one: of several coordinates where "

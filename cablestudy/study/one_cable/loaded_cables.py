@@ -67,7 +67,7 @@ def loaded_cables(values, equivalent=None):
         span = replace(span, axial_stiffness=linear.stiffness)
         length_changes = np.array([linear.elongation, linear.length_ratio])
     for case in np.flatnonzero(load_cases.shrunk(values)).tolist():
-        reasons[case] = "at the temperature of the case almost nothing is left of the cable's length"
+        reasons[case] = "at the temperature of the case next to nothing is left of the cable's length"
     length = span.with_chord_strain(strain).unstretched_length
 
     def loaded_with(shift, drag=None):

@@ -187,7 +187,7 @@ def _forces(scenes, suspension):
 
 def _shrunk(values, names):
     """Text for each case on cables with almost no length left at its temperature; empty without any: list."""
-    text = "at the temperature of the case almost nothing is left of its length, by its expansion"
+    text = "at the temperature of the case next to nothing is left of its length, by its expansion"
     shrunk_cables = [", ".join(np.array(names, dtype=object)[of_case]) for of_case in shrunk(values)]
     return [f"{cables}: {text}" if cables else "" for cables in shrunk_cables]
 

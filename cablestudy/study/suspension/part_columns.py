@@ -32,8 +32,8 @@ FURTHER_OF_CABLES = {
     column.name: replace(column, meaning=meaning or column.meaning)
     for name, meaning in {
         "end_stiffness_along": "static stiffness along the chord, one end held",
-        "deflection": "movement of the most moved point load along its force, from the unloaded form between the same "
-        "ends",
+        "deflection": "displacement of the point load that moves most, along its force, from the unloaded form between "
+        "the same ends",
         "linear_deflection": "",
         "nonlinearity": "",
         "load_sag": "",
@@ -120,7 +120,7 @@ def all_cable_columns(name):
 
 def _coordinate(name, axis):
     """Column of a coordinate of a body or free point."""
-    return Column(f"{name}.{'xyz'[axis]}", "m", f"place of its reference point along {'xyz'[axis]}", "statics",
+    return Column(f"{name}.{'xyz'[axis]}", "m", f"position of its reference point along {'xyz'[axis]}", "statics",
                   lambda case: case.coordinate(name, axis))  # fmt: skip
 
 
@@ -150,7 +150,7 @@ def _mass(name):
 def stiffness_column(name, row, column):
     """Column of an entry of the stiffness matrix of a body; row and column are names of AXES."""
     indices, unit = (AXES.index(row), AXES.index(column)), UNITS[len(row) == 2, len(column) == 2]
-    meaning = f"force or moment {row} per movement {column} of its reference point, all loads counted"
+    meaning = f"force or moment {row} per displacement or rotation {column} of its reference point, all loads included"
     return Column(f"{name}.stiffness_{row}{column}", unit, meaning, "stiffness",
                   lambda case: case.stiffness_entry(name, *indices))  # fmt: skip
 
@@ -162,7 +162,7 @@ def body_frequency_column(name, number):
         modes, index = case.mode_of(name, number)
         return modes.frequency[index], case.mode_errors(modes)[index]
 
-    meaning = "frequency of the K-th mode with more than half of its kinetic energy in it"
+    meaning = "frequency of the K-th mode with more than half of its kinetic energy in the body"
     return Column(f"{name}.frequency_{number}", "Hz", meaning, "modes", compute)
 
 
@@ -175,7 +175,7 @@ def force_displacements(name):
 
     return [
         Column(f"{name}.force_displacement_{axis}", "mm", f"displacement along {axis} by the forces of the load case, "
-               "its other loads there before and after", "statics", partial(compute, axis=number), FORCES)
+               "its other loads acting throughout", "statics", partial(compute, axis=number), FORCES)
         for number, axis in enumerate(AXES[:3])
     ]  # fmt: skip
 
@@ -219,8 +219,8 @@ def _mode_along(name, axis):
                  lambda case: with_drag(case, case.mode_along(name, axis_index).frequency, mixed=False))  # fmt: skip
     yield Column(f"{name}.share_{axis}", "", f"share {of_compliance} in that mode, phi^2/w^2 over 1/k", "modes",
                  lambda case: with_drag(case, case.mode_along(name, axis_index).share))  # fmt: skip
-    yield Column(f"{name}.damping_ratio_{axis}", "", "damping ratio of that mode, winches at rest, with the air where "
-                 "the scene has wind", "modes",
+    yield Column(f"{name}.damping_ratio_{axis}", "", "damping ratio of that mode, winches at rest, with aerodynamic "
+                 "damping where the scene has wind", "modes",
                  lambda case: with_drag(case, case.mode_along(name, axis_index).damping_ratio))  # fmt: skip
 
 
@@ -233,7 +233,7 @@ def static_frequency_column(name, number):
             raise NoSolutionError(f"{name} has {len(frequencies)} free displacements, not {number}")
         return frequencies[number - 1]
 
-    meaning = "frequency on the static stiffness, with a third of its cables' mass, all else at rest; K from 1 to 6"
+    meaning = "frequency on the static stiffness, with a third of its cables' mass, all else held; K from 1 to 6"
     return Column(f"{name}.frequency_static_{number}", "Hz", meaning, "stiffness", compute)
 
 
@@ -246,7 +246,7 @@ def linear_ranges(name):
 
     return [
         Column(f"{name}.linear_range_{axis}", "mm", f"displacement along {axis}, of either sign, at which the "
-               "restoring force of its cables differs by 5 % from linear, all else at rest; empty where it does not",
+               "restoring force of its cables differs by 5 % from linear, all else held; empty where it does not",
                "stiffness", partial(compute, axis=number))
         for number, axis in enumerate(AXES[:3])
     ]  # fmt: skip
@@ -278,8 +278,8 @@ def link_columns(name):
 
 def frequency_column(number):
     """Column of a frequency of the whole suspension."""
-    return Column(f"frequency_{number}", "Hz", "K-th frequency of all", "modes", lambda case: case.frequency(number),
-                  mode=(number,))  # fmt: skip
+    return Column(f"frequency_{number}", "Hz", "K-th frequency of the whole suspension", "modes",
+                  lambda case: case.frequency(number), mode=(number,))  # fmt: skip
 
 
 def _over_all(name, unit, meaning, values, extreme, key="", of_reference=False):

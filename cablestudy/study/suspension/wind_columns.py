@@ -86,9 +86,9 @@ def displacement_columns(name):
             for axis, output in zip(DISPLACEMENTS, outputs, strict=True)
         ]  # fmt: skip
         columns += [
-            Column(f"{name}.rms{state}", "mm", f"RMS displacement, of the three together{words}", "wind",
+            Column(f"{name}.rms{state}", "mm", f"RMS displacement, of x, y and z together{words}", "wind",
                    rms(outputs, MM, state), "wind"),
-            Column(f"{name}.rms_velocity{state}", "mm/s", f"RMS velocity, of the three together{words}", "wind",
+            Column(f"{name}.rms_velocity{state}", "mm/s", f"RMS velocity, of x, y and z together{words}", "wind",
                    rms(outputs, MM, state, "rate"), "wind"),
         ]  # fmt: skip
     return [
@@ -96,7 +96,7 @@ def displacement_columns(name):
         Column(f"{name}.peak", "mm", "mean displacement and peak factor times RMS (Davenport)", "wind", peak, "wind"),
         Column(f"{name}.exposure", "um", "RMS motion within one exposure", "wind", seen_motion("exposure", "exposure"),
                "wind, exposure"),
-        Column(f"{name}.corrected", "um", "RMS motion that the correcting mirror leaves", "wind",
+        Column(f"{name}.corrected", "um", "RMS motion that is left after correction by the mirror", "wind",
                seen_motion("corrected", "correction"), "wind, correction"),
         Column(f"{name}.corrected_exposure", "um", "RMS motion within one exposure behind the mirror", "wind",
                seen_motion("corrected_exposure", "exposure", "correction"), "wind, exposure, correction"),
