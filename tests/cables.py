@@ -34,7 +34,7 @@ def chord_span(chord, degrees, chord_strain, stiffness, mass=1.0, gravity=G, loa
         axial_stiffness=float(stiffness),
         mass=float(mass),
         gravity=float(gravity),
-        level=np.array([math.cos(azimuth), math.sin(azimuth), 0.0]),
+        horizontal=np.array([math.cos(azimuth), math.sin(azimuth), 0.0]),
     )
     if not loads:
         return span

@@ -222,7 +222,7 @@ def test_the_span_of_a_scene():
     upright = CableCase(scene("cable.chord=10", "cable.inclination=-90 deg", "cable.preload=1 kN")).span
     assert (float(upright.cosine), float(upright.sine)) == (0.0, -1.0)
     turned = CableCase(scene("cable.ends=[[1, 2, 3], [1, 102, 3]]", "cable.preload=1 kN")).span
-    assert turned.level == pytest.approx([0, 1, 0])
+    assert turned.horizontal == pytest.approx([0, 1, 0])
     assert turned.chord == 100
 
 

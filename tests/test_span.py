@@ -41,7 +41,7 @@ def test_cables_between_places(loads):
         assert alone.end_forces() @ span.frame == pytest.approx(forces[i], abs=1e-12 * alone.max_tension)
         exact = Exact(span)
         first = np.array([float(part) for part in exact.force0])  # in the vertical plane of the chord
-        ux, uy, _ = span.level
+        ux, uy, _ = span.horizontal
         turned = np.array([first[0] * ux - first[1] * uy, first[0] * uy + first[1] * ux, first[2]])
         digits = 1e-11 * alone.max_tension
         assert forces[i, 0] == pytest.approx(turned, abs=digits)

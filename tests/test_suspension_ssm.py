@@ -13,7 +13,7 @@ from cablestudy.control import export, statespace
 from cablestudy.control.suspension import Marker, suspension_system
 from cablestudy.control.winches import FROM, TO, Winch
 from cablestudy.errors import NoSolutionError
-from cablestudy.statics.suspension import GROUND, outward
+from cablestudy.statics.suspension import GROUND, outward_tangents
 from cablestudy.system.cables import Models
 from cablestudy.system.coupled import Layout
 from cablestudy.system.hanging_cables import UNDAMPED, Cables, FixedModel, fixed_meshes
@@ -57,7 +57,7 @@ def by_bars(state, frequency, viscous, time, modes=slice(None)):
     """
     reference, s = eight_bars(state), 2j * np.pi * frequency
     rate = viscous / 0.3
-    direction, tension = outward(state)
+    direction, tension = outward_tangents(state)
     balance = reference.K + s**2 * reference.M + time * s * reference.elastic
     n = len(balance)
     right = np.zeros((n, len(WINCHES) + 6), dtype=complex)

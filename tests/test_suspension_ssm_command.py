@@ -18,7 +18,7 @@ from test_suspension_ssm import MARKERS, WINCHES, agree, by_bars, model
 from cablestudy.cable.damping import Damping
 from cablestudy.control.statespace import state_space_of
 from cablestudy.control.suspension import suspension_system
-from cablestudy.statics.suspension import outward
+from cablestudy.statics.suspension import outward_tangents
 from cablestudy.study import plots
 from cablestudy.study.suspension.ssm import with_node_forces
 from cablestudy.system.cables import Models
@@ -164,7 +164,7 @@ def test_forces_on_nodes_of_cables_are_those_on_the_nodes_of_bars(residual):
     few = state_space_of(whole if residual else truncate_modes(whole, np.arange(9)), whole)
     reference, rate = bar_suspension.dense(state, 8), viscous / 0.3
     shapes = reference.modes()[1][:, slice(None) if residual else slice(9)]
-    direction = outward(state)[0]
+    direction = outward_tangents(state)[0]
     places = np.concatenate([21 * cable + np.arange(21) for cable in (1, 6)])
     for frequency in (1e-3, 0.7, 15.0):
         s = 2j * np.pi * frequency

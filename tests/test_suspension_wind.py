@@ -855,7 +855,7 @@ def test_modes_suffice_for_what_a_telescope_sees():
     })  # fmt: skip
     names, kind = [f"b.{axis}" for axis in "xyz"], "corrected_exposure"
     found, error = case.analysis.rms(names, kind, open_loop=False)
-    of_many = gust_response.GustResponse(case.analysis.closed_loop_of(220), case.scene).seen
+    of_many = gust_response.GustResponse(case.analysis.closed_loop_of(220), case.scene).in_images
     expected = np.sqrt(of_many.weighted[kind][[of_many.rows[name] for name in names]].sum())
     assert error <= 1e-3
     assert found == pytest.approx(expected, rel=error)

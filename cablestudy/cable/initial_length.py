@@ -283,7 +283,7 @@ def _properties(span):
     """Name and value of each field of a cable without loads but its length, a tuple."""
     names = "chord", "cosine", "sine", "axial_stiffness", "mass", "gravity"
     numbers = tuple((name, float(getattr(span, name))) for name in names)
-    return (*numbers, *((name, tuple(np.asarray(getattr(span, name)).tolist())) for name in ("level", "vertical")))
+    return (*numbers, *((name, tuple(np.asarray(getattr(span, name)).tolist())) for name in ("horizontal", "vertical")))
 
 
 def _span_of(properties):

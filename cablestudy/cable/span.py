@@ -19,7 +19,7 @@ CORES = dict.fromkeys(("chord", "cosine", "sine", "chord_strain", "axial_stiffne
     "load_forces": 2,
     "load_masses": 1,
     "load_fractions": 1,
-    "level": 1,
+    "horizontal": 1,
     "vertical": 1,
 }
 
@@ -53,7 +53,7 @@ class Span:
         What moves with the cable at each load; None where nothing does. [kg]
     load_fractions : ndarray, shape (..., k), or None
         Shares of the unstretched length at which loads stay when it changes; NaN for a load at an arc length. [-]
-    level : ndarray, shape (..., 3)
+    horizontal : ndarray, shape (..., 3)
         Unit vector normal to `vertical`, in the plane of it and the chord. [-]
     vertical : ndarray, shape (..., 3)
         Unit vector against the uniform load, global axes. [-]
@@ -70,7 +70,7 @@ class Span:
     load_forces: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
     load_masses: np.ndarray | None = None
     load_fractions: np.ndarray | None = None
-    level: np.ndarray = field(default_factory=lambda: np.array([1.0, 0.0, 0.0]))
+    horizontal: np.ndarray = field(default_factory=lambda: np.array([1.0, 0.0, 0.0]))
     vertical: np.ndarray = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
 
     @classmethod
@@ -103,22 +103,22 @@ class Span:
             Two ends in one place.
         """
         delta = np.asarray(end_2, dtype=float) - np.asarray(end_1, dtype=float)
-        rise, across, horizontal = _rise_and_run(delta, vertical)
+        rise, across, run = _rise_and_run(delta, vertical)
         vertical = np.array([0.0, 0.0, 1.0]) if vertical is None else vertical
-        chord = np.hypot(horizontal, rise) if chord is None else np.asarray(chord, dtype=float)[()]
+        chord = np.hypot(run, rise) if chord is None else np.asarray(chord, dtype=float)[()]
         if not np.all(chord > 0):
             raise ValueError("the ends of a cable are in one place")
-        size = np.where(horizontal > 0, horizontal, 1.0)[..., None]
+        size = np.where(run > 0, run, 1.0)[..., None]
         length = chord if unstretched_length is None else np.asarray(unstretched_length, dtype=float)
         span = cls(
             chord=chord,
-            cosine=horizontal / chord,
+            cosine=run / chord,
             sine=rise / chord,
             chord_strain=(chord - length) / length,
             axial_stiffness=np.asarray(axial_stiffness, dtype=float)[()],
             mass=np.asarray(mass, dtype=float)[()],
             gravity=np.asarray(gravity, dtype=float)[()],
-            level=np.where(horizontal[..., None] > 0, across / size, normal_to(vertical)),
+            horizontal=np.where(run[..., None] > 0, across / size, normal_to(vertical)),
             vertical=vertical,
             load_positions=np.asarray(load_positions, dtype=float),
         ).broadcast()
@@ -176,8 +176,8 @@ class Span:
     def frame(self):
         """Rows e, n, y in global coordinates, shape (..., 3, 3). [-]"""
         cosine, sine = np.asarray(self.cosine)[..., None], np.asarray(self.sine)[..., None]
-        along, across = cosine * self.level + sine * self.vertical, cosine * self.vertical - sine * self.level
-        out = np.broadcast_to(cross(self.vertical, self.level), along.shape)
+        along, across = cosine * self.horizontal + sine * self.vertical, cosine * self.vertical - sine * self.horizontal
+        out = np.broadcast_to(cross(self.vertical, self.horizontal), along.shape)
         return np.stack([along, across, out], axis=-2)
 
     def in_frame(self, vectors, frame):

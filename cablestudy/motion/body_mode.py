@@ -29,7 +29,7 @@ class RefinedMode:
     ----------
     first : callable
         Returns the `BodyMode` of the models that other numbers have too; raises NoSolutionError, ConvergenceError.
-    sharper : callable
+    with_accuracy : callable
         Factor -> `BodyMode` with the accuracy of the scene times this factor; raises likewise.
     accuracy : float or None
         Relative accuracy that the scene asks for; None for stated elements. [-]
@@ -41,8 +41,8 @@ class RefinedMode:
         Relative error due to rounding, at least. [-]
     """
 
-    def __init__(self, first, sharper, accuracy, airflow, together, rounding=0.0):
-        self._first, self._sharper, self.accuracy, self._rounding = first, sharper, accuracy, rounding
+    def __init__(self, first, with_accuracy, accuracy, airflow, together, rounding=0.0):
+        self._first, self._with_accuracy, self.accuracy, self._rounding = first, with_accuracy, accuracy, rounding
         self._airflow, self._rows = airflow, together
 
     @property
@@ -55,13 +55,13 @@ class RefinedMode:
 
     @cached_property
     def _mode_and_accuracies(self):
-        """`mode`, and how many of the accuracies `MOTION.sharper` were tried for it: tuple."""
+        """`mode`, and how many of the accuracies `MOTION.accuracy_factors` were tried for it: tuple."""
         mode, tried = self._first(), 1
-        while self.accuracy is not None and tried < len(MOTION.sharper) and not mode.certain:
-            sharper = outcome_of(partial(self._sharper, MOTION.sharper[tried]))
-            if isinstance(sharper, Exception):
+        while self.accuracy is not None and tried < len(MOTION.accuracy_factors) and not mode.certain:
+            finer = outcome_of(partial(self._with_accuracy, MOTION.accuracy_factors[tried]))
+            if isinstance(finer, Exception):
                 break
-            mode, tried = sharper, tried + 1
+            mode, tried = finer, tried + 1
         return mode, tried
 
     @property
@@ -109,8 +109,8 @@ class RefinedMode:
         if self.accuracy is None:
             return iter([mode])
         again = compared and not mode.compared
-        factors = MOTION.sharper[tried - 1 if again else tried :]
-        return chain([] if again else [mode], map(self._sharper, factors))
+        factors = MOTION.accuracy_factors[tried - 1 if again else tried :]
+        return chain([] if again else [mode], map(self._with_accuracy, factors))
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 A gain could drive a mode if it could turn the decay of the mode into growth; a bound decides for which modes that is
 impossible (`driven_waves`). The largest stable gain is the smallest one at which any pole crosses the imaginary
 axis: where an eigenvalue of the loop gain is real and negative (`control.loop_gain`). All modes of the cables' elements
-are in the loop gain; where damping couples them, and the accuracy allows it, six vectors stand for those far above what
+are in the loop gain; where damping couples them, and the accuracy allows it, six vectors represent those far above what
 the gain could drive (`system.cable_coordinates`). So that no crossing is missed, the loop gain is computed at
 frequencies near the poles of the model and of the modes that the gain could drive. Where a cable sags, waves across
 it take power from those along it: waves across must be resolved beyond the frequency of the pole that crosses first.
@@ -119,7 +119,7 @@ class DrivenCables:
 
     @property
     def kept(self):
-        """Modes of each cable in the loop gain, and vectors that stand for its others: list of ReducedCable."""
+        """Modes of each cable in the loop gain, and vectors that represent its others: list of ReducedCable."""
         return self._kept_and_loop_gain[0]
 
     @property
@@ -345,7 +345,7 @@ class DrivenCables:
         """
         needed = []
         for driven, kept, element in zip(modes_driven, self.kept, self.loop_gain.elements, strict=True):
-            is_mode = np.arange(len(driven)) < kept.modes  # vectors that stand for modes come after them
+            is_mode = np.arange(len(driven)) < kept.modes  # vectors that represent modes come after them
             needed.append((driven | (element.omega < self.all_modes_up_to)) & is_mode)
         count = sum(int(modes.sum()) for modes in needed)
         if count > CONTROL.driven_modes and not self.fixed_elements:
@@ -362,7 +362,7 @@ class DrivenCables:
         Parameters
         ----------
         kept : list of ReducedCable
-            Modes of each cable, and vectors that stand for its other modes.
+            Modes of each cable, and vectors that represent its other modes.
         models : Models, optional
             Elements of the cables that have these modes. Default: `models` of this object.
 

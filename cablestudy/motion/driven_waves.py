@@ -37,7 +37,7 @@ from cablestudy.control.tolerances import CONTROL
 from cablestudy.motion.tolerances import MOTION
 from cablestudy.scene.determinacy import MOTIONS
 from cablestudy.statics.rigid import cross_matrix
-from cablestudy.statics.suspension import outward
+from cablestudy.statics.suspension import outward_tangents
 from cablestudy.system.condensed_cables import laws_of
 from cablestudy.system.together import batches, computed_together
 
@@ -93,16 +93,16 @@ class DrivingBounds:
         return force / (2 * np.where(self.cables.heavy, span.mass, np.inf))
 
     @cached_property
-    def outward(self):
-        """`statics.suspension.outward` of the equilibrium."""
-        return outward(self.equilibrium)
+    def outward_tangents(self):
+        """`statics.suspension.outward_tangents` of the equilibrium."""
+        return outward_tangents(self.equilibrium)
 
     def along(self, cable, element):
         """Which modes of a cable between fixed ends are along it, array of bool, shape (n,); the air damps the others.
 
         Those whose force on an end, along the cable, is a good part of W sqrt(2 z/tau), that of a wave along it.
         """
-        span, tangent = self.cables.catenary.span, self.outward[0][cable, 0]
+        span, tangent = self.cables.catenary.span, self.outward_tangents[0][cable, 0]
         impedance = np.sqrt(span.axial_stiffness[cable] * span.mass[cable])
         squared_force = (element.coupling[:, :3] @ tangent) ** 2 * element.omega**2  # over W^2
         return squared_force * self.travel_time[ALONG, cable] >= MOTION.axial_share * 2 * impedance
@@ -299,7 +299,7 @@ def _winch_gains(effects, omega):
 
 def _impedance_of_rows(effects):
     """z at both ends of each cable, block diagonal, shape (n, c, 6, 6); zero of a cable without mass. [kg/s]"""
-    direction, tension = stack([one.outward for one in effects])
+    direction, tension = stack([one.outward_tangents for one in effects])
     mass, stiffness = _stacked([one.cables.catenary.span for one in effects], "mass", "axial_stiffness")
     mass = np.where(np.array([one.cables.heavy for one in effects]), mass, 0.0)
     along, across = np.sqrt(stiffness * mass)[..., None, None], np.sqrt(tension * mass[..., None])
@@ -385,7 +385,7 @@ def _waves(effects, cable):
     names = "axial_stiffness", "mass", "unstretched_length", "gravity"
     spans = _stacked([one.cables.catenary.span for one in effects], *names)
     stiffness, mass, length, gravity = (part[:, cable, None] for part in spans)  # (n, 1) each
-    direction, tension = (part[:, cable] for part in stack([one.outward for one in effects]))  # at both ends
+    direction, tension = (part[:, cable] for part in stack([one.outward_tangents for one in effects]))  # at both ends
     tension = tension.max(axis=1)[:, None]
     shortest = np.array([one.shortest_part(cable) for one in effects])[:, None]
     across_time, along_time = (shortest * travel_time[:, way, cable, None] for way in (ACROSS, ALONG))

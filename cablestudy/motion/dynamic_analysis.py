@@ -90,7 +90,7 @@ class DynamicAnalysis:
             Number of modes of the model.
         responses : bool
             True for a model that has, besides these modes, static responses to the inertia and damping of moving
-            bodies: they stand for modes that are left out, see `Plant`.
+            bodies: they represent modes that are left out, see `Plant`.
         computed : int
             Number of modes that are computed, if it is larger than `count`: the lowest `count` of them are taken.
 
@@ -466,7 +466,7 @@ class DynamicAnalysis:
     def _variances_of(self, names, variance, open_loop):
         """`GustResponse`, its `Variances`, and those of some names that the model has; arguments are those of `rms`."""
         response = self.response_of(open_loop)
-        variances = response.variances if variance in OWN else response.seen
+        variances = response.variances if variance in OWN else response.in_images
         names = [name for name in names if name in variances.rows]
         response.check_damped(names)
         return response, variances, names

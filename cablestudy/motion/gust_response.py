@@ -16,7 +16,7 @@ from cablestudy.motion.left_out_modes import BodiesOnAllModes
 from cablestudy.motion.tolerances import MOTION
 from cablestudy.motion.turbulence import OWN, Turbulence
 from cablestudy.system.together import computed_together
-from cablestudy.wind.imaging import seen_weights
+from cablestudy.wind.imaging import image_weights
 from cablestudy.wind.tolerances import WIND
 
 
@@ -29,7 +29,7 @@ class Variances:
     rows : dict
         Name of each output -> its index.
     weighted : dict
-        "value", "rate" (of the derivative) and names of `seen_weights` -> variances, shape (o,).
+        "value", "rate" (of the derivative) and names of `image_weights` -> variances, shape (o,).
     errors_by_model : dict
         Estimated errors by interpolation and by the model, by the same names, shape (o,).
     rates_beyond : callable, optional
@@ -205,14 +205,14 @@ class GustResponse:
 
     @staticmethod
     def _variances_of(turbulence, weights):
-        return turbulence.seen(weights) if weights else turbulence.variances
+        return turbulence.weighted_variances(weights) if weights else turbulence.variances
 
     @cached_property
     def truncation_error(self):
         """Largest relative error of a variance by the modes left out: by it the number of modes is chosen. [-]
 
         Each variance is that of one place, summed over x, y and z, and so is its error. For bodies and markers it is
-        that of displacements, of velocities, and of displacements weighted as a telescope sees them (`seen_weights`);
+        that of displacements, of velocities, and of displacements weighted as a telescope sees them (`image_weights`);
         for mid-spans of cables that of displacements only. Free points count if the plant has static responses to loads
         on them (`Plant.points`), or if no body is free. Rotations do not count: they state the error that they reach.
         """
@@ -226,9 +226,9 @@ class GustResponse:
         ]
         groups, errors = np.array(_groups(self.names))[displacements], [0.0]
         value, by_modes = self.own_variances.value, self.own_variances.by_modes
-        if self._seen_weights:
-            value = np.concatenate([value, self._seen_variances.value])
-            by_modes = np.concatenate([by_modes, self._seen_variances.by_modes])
+        if self._image_weights:
+            value = np.concatenate([value, self._image_variances.value])
+            by_modes = np.concatenate([by_modes, self._image_variances.by_modes])
         for group in set(groups.tolist()):
             rows = np.array(displacements)[groups == group]
             kinds = 1 if ".midspan." in self.names[rows[0]] else len(value)  # no column has velocities of mid-spans
@@ -242,19 +242,19 @@ class GustResponse:
         return self._with_errors(OWN, self.own_variances)
 
     @cached_property
-    def seen(self):
-        """`Variances` of what a telescope sees of all outputs, see `seen_weights`."""
-        return self._with_errors(self._seen_weights, self._seen_variances)
+    def in_images(self):
+        """`Variances` of what a telescope sees of all outputs, see `image_weights`."""
+        return self._with_errors(self._image_weights, self._image_variances)
 
     @property
-    def _seen_weights(self):
-        """`seen_weights` of the scene."""
-        return seen_weights(self.scene.exposure, self.scene.correction)
+    def _image_weights(self):
+        """`image_weights` of the scene."""
+        return image_weights(self.scene.exposure, self.scene.correction)
 
     @cached_property
-    def _seen_variances(self):
+    def _image_variances(self):
         """`_variances` of what a telescope sees."""
-        return self._variances(self._seen_weights)
+        return self._variances(self._image_weights)
 
     def _with_errors(self, weights, variances):
         """`Variances` with all errors, of some `ModelVariances`; 0 where no more than rounding is left."""

@@ -25,7 +25,7 @@ from cablestudy.control.margins_grid import distinct, near_poles
 from cablestudy.control.motion import with_strokes
 from cablestudy.motion.tolerances import MOTION
 from cablestudy.motion.turbulence import OWN
-from cablestudy.statics.suspension import outward
+from cablestudy.statics.suspension import outward_tangents
 from cablestudy.system.coupling_damping import compute_pole_sums
 from cablestudy.system.together import computed_together
 
@@ -142,13 +142,13 @@ class BodiesOnAllModes:
             if released is not None:
                 ends = ends - loop_gain.reeling[cable] @ released
             forces = (element.dynamic_stiffness(s) @ ends).reshape(len(s), 2, 3, -1)
-            tensions.append((self._outward[cable, :, None] @ forces)[:, :, 0])
+            tensions.append((self._outward_tangents[cable, :, None] @ forces)[:, :, 0])
         return np.concatenate(tensions, axis=1)
 
     @cached_property
-    def _outward(self):
+    def _outward_tangents(self):
         """Unit tangents at the ends of the cables that point out of them, shape (c, 2, 3)."""
-        return outward(self._plant.equilibrium)[0]
+        return outward_tangents(self._plant.equilibrium)[0]
 
 
 def _variances_added(omega, coupling, decay):
@@ -179,7 +179,7 @@ class LeftOutModes:
         Parameters
         ----------
         weights : dict
-            Name -> function of frequency [Hz], as in `Turbulence.seen`.
+            Name -> function of frequency [Hz], as in `Turbulence.weighted_variances`.
         variances, others : ndarray, shape (w, o)
             Variances of the model, and their errors from other causes: changes smaller than these are not resolved.
         least : float

@@ -34,7 +34,7 @@ class LoopGainErrors:
         1. The frequencies of all modes are lower by the estimated errors of the mesh.
         2. If cables have modal damping, the upper half of their modes has none. The damping by these modes grows with
            their number, and is uncertain.
-        3. If vectors stand for the highest modes in the loop gain, they stand for more modes.
+        3. If vectors represent the highest modes in the loop gain, they represent more modes.
         """
         driven, loop_gain, elements = self._driven, self._driven.loop_gain, self._driven.loop_gain.elements
         mesh_errors = [np.zeros(len(element.omega)) for element in elements]
@@ -116,7 +116,7 @@ class LoopGainErrors:
 
     @property
     def _vectors_used(self):
-        """True if vectors stand for other modes."""
+        """True if vectors represent other modes."""
         return any(kept.residuals for kept in self._driven.kept)
 
     @cached_property

@@ -143,7 +143,7 @@ def solve_modes(analyses, equilibrium):
 def _indices_by_first_model(analyses):
     """Indices of analyses whose first modes are not known, of each first model: dict of `first_model` -> list of int.
 
-    Of analyses that share their dict of modes one stands for all, the last.
+    Of analyses that share their dict of modes one represents all, the last.
     """
     by_model = {}  # first model -> {id of a dict of modes: index of an analysis that has it}
     for index, analysis in enumerate(analyses):

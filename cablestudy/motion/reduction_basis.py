@@ -1,6 +1,6 @@
 """Coordinates of the model of a `Plant`: its modes, and the static responses to loads on the suspension.
 
-Static responses stand for the modes that the model leaves out. They are those to
+Static responses represent the modes that the model leaves out. They are those to
 
 * winches, and forces on bodies, which act on the suspension (`applied_loads`); on free points where their motion is
   asked for, and at mid-spans of cables where these are outputs;

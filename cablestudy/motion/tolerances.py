@@ -18,7 +18,7 @@ class MotionTolerances:
     light_damping: float = 0.02  # damping ratio up to which a pole is looked for from that without damping on,
     pole_distance: float = 0.5  # no farther than this times the damping ratio, since another mode may be near
     undamped_rounding: float = 1e-24  # damping ratio up to which it is rounding of a mode that nothing damps
-    sharper: tuple = (1.0, 1e-2, 1e-4)  # accuracies of the modes that are tried for a number, over that asked for
+    accuracy_factors: tuple = (1.0, 1e-2, 1e-4)  # accuracies of modes that are tried for a number, over that asked for
     next_mode: float = 1.1  # least frequency of modes above those computed, over that of a body's mode
     # share of a mode in a compliance over the largest one, from which on errors might make it the largest
     contending_share: float = 0.25
@@ -118,7 +118,7 @@ class MotionTolerances:
     first_gain_waves: int = 40
     single_mode_errors: float = 1.5  # multiples of frequencies up to which errors of the mesh are those of single modes
     all_modes_from: float = 1e-5  # accuracy from which on all modes are kept,
-    vectors: int = 6  # vectors that stand for others,
+    vectors: int = 6  # vectors that represent others,
     worth: float = 0.7  # and share of the modes from which on these spare nothing
     # accuracy of the meshes that the gain needs, over that asked for: the stated errors of limits add up those of many
     # modes of the cables

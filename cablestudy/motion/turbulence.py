@@ -170,12 +170,12 @@ class Turbulence:
         """`all_variances` of the outputs."""
         return self.all_variances.of_outputs(self.outputs)
 
-    def seen(self, weights):
+    def weighted_variances(self, weights):
         """`ModelVariances` of the outputs with weights: dict of functions of frequency [Hz]."""
         return _variances_of_rows([self], [self._integrals_of(weights)])[0].of_outputs(self.outputs)
 
     def variances_of(self, residues, weights):
-        """Variances of the outputs of other `Residues` by the same gusts, shape (w, o); weights as in `seen`."""
+        """Variances of the outputs of other `Residues` by the same gusts, shape (w, o), with weights."""
         return self._integrals_of(weights).variances(residues)
 
     def below(self, limits):

@@ -95,7 +95,7 @@ def _wrong_end(kind, end, points, bodies, suggest):
     return f"unknown end {show(end)} ({hint})"
 
 
-def unheld(movable, partly_held, owners):
+def unsupported(movable, partly_held, owners):
     """Find bodies and free points that would fall: no chain of cables connects them with the ground or a held body.
 
     `movable` are the names of the bodies with at least one free motion, and of the free points; `partly_held` those

@@ -20,7 +20,7 @@ from cablestudy.scene.common_tables import (
     case_relations,
     ground_relations,
 )
-from cablestudy.scene.connections import connection_mistakes, unheld, written_connections
+from cablestudy.scene.connections import connection_mistakes, unsupported, written_connections
 from cablestudy.scene.control_tables import Control, Drive
 from cablestudy.scene.determinacy import MOTIONS, determinacy_mistakes
 from cablestudy.scene.fields import CaseName, KeyTable, Name, suggestion, tables_of
@@ -168,7 +168,7 @@ class SuspensionScene(SceneTable):
         of_names = _unmet(mistakes + self._unknown_references() + reference_mistakes(self))
         of_cases = case_relations(self.case, self.limits, self.cases)
         yield [*of_names, *of_cases, *ground_relations(self.ground)]
-        yield _unmet(self._unheld() + determinacy_mistakes(self))
+        yield _unmet(self._unsupported() + determinacy_mistakes(self))
         yield [relation for name, link in self.links.items() for relation in self._link_relations(name, link)]
         for relation in actuator_relations(self):
             yield [relation]
@@ -235,7 +235,7 @@ class SuspensionScene(SceneTable):
         message = "missing key: one of diameter, area (the wind acts on cables; or wind.on: bodies)"
         return [(("cables", name), message) for name in names]
 
-    def _unheld(self):
+    def _unsupported(self):
         """Path and message of the bodies and free points that nothing holds."""
         table_of = {name: "points" for name, point in self.points.items() if point.free}
         table_of |= {name: "bodies" for name, body in self.bodies.items() if body.free}
@@ -243,7 +243,8 @@ class SuspensionScene(SceneTable):
         holding = [*self.cables.values(), *(link for link in self.links.values() if link.carries)]
         owners = [tuple(self.attachment(end)[0] for end in line.ends) for line in holding]
         hint = " (a link without stiffness or length carries nothing in the reference state)" if self.links else ""
-        return [((table_of[name], name), message + hint) for name, message in unheld(table_of, partly_held, owners)]
+        messages = unsupported(table_of, partly_held, owners)
+        return [((table_of[name], name), message + hint) for name, message in messages]
 
     def _link_relations(self, name, link):
         """Relations of a link: its ends can move relative to each other, and are apart where it has a length."""

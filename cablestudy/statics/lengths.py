@@ -74,7 +74,7 @@ def solve(suspension, method="balanced", low=0.0, high=np.inf, reference=0.0, mo
     """
     if method not in METHODS:
         raise ValueError(f"method is {method!r}, not one of {', '.join(METHODS)}")
-    rest.refuse_unheld(suspension)
+    rest.refuse_unsupported(suspension)
     moving = suspension.free & (default_moving(suspension) if moving is None else np.asarray(moving, dtype=bool))
     open_cables = np.flatnonzero([kind is None for kind in suspension.stated])
     refuse_overdetermined(suspension, moving, len(open_cables))

@@ -46,7 +46,7 @@ def pose(suspension):
     or with a little weight on cables that have none, or with the softest motion held. Where an equilibrium is unstable,
     another search begins near it.
     """
-    refuse_unheld(suspension)
+    refuse_unsupported(suspension)
     unstated = [name for name, kind in zip(suspension.cable_names, suspension.stated, strict=True) if kind is None]
     if unstated:
         raise NoSolutionError(f"{', '.join(unstated)}: states none of {', '.join(STATED)}")
@@ -265,7 +265,7 @@ def start(suspension):
     return replace(state, strain=strain, length=distance[:, cables] / (1 + strain))
 
 
-def refuse_unheld(suspension):
+def refuse_unsupported(suspension):
     """Raise for a body free to translate that no chain of cables, links and bodies joins to the ground or a held body.
 
     Raises

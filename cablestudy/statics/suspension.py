@@ -380,7 +380,7 @@ class Equilibrium:
         return self.record.converged & self.stability.stable & self.uncertainty.determined
 
 
-def outward(equilibrium):
+def outward_tangents(equilibrium):
     """Unit tangents at the ends of the cables that point out of them, and the tensions there.
 
     Parameters
@@ -398,6 +398,6 @@ def outward(equilibrium):
 
 
 def tangents(forces):
-    """`outward` from the forces of cables on what holds their ends, shape (..., 3): shapes (..., 3) and (...)."""
+    """`outward_tangents` from the forces that cables exert at their ends, (..., 3): shapes (..., 3) and (...)."""
     tension = np.sqrt((forces**2).sum(axis=-1))
     return -forces / np.where(tension > 0, tension, 1.0)[..., None], tension

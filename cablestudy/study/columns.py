@@ -37,8 +37,8 @@ from cablestudy.study.suspension.wind_columns import (
     displacement_columns,
     link_force_column,
     midspan_column,
+    rotation_columns,
     tension_columns,
-    turn_columns,
 )
 from cablestudy.study.table import Field, Table
 from cablestudy.study.tolerances import STUDY
@@ -134,7 +134,7 @@ def _columns_of_path(path):
         *mode_columns(owner),
         *link_columns(owner),
         *displacement_columns(path),
-        *turn_columns(path),
+        *rotation_columns(path),
         *tension_columns(path),
         midspan_column(path),
         *actuator_columns(path),
@@ -232,7 +232,7 @@ def patterns_of_suspensions():
         *(cable_mode_column(family, "CABLE") for family in FAMILIES),
         # in the wind
         *displacement_columns("BODY"),
-        *turn_columns("BODY"),
+        *rotation_columns("BODY"),
         *displacement_columns("BODY.MARKER"),
         *displacement_columns("POINT"),
         *tension_columns("CABLE"),

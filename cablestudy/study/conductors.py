@@ -266,7 +266,7 @@ class Conductors:
         return np.array([any(force) for force in forces]).reshape(-1, *(1,) * (len(self._shape) - 1))
 
     def equivalent_cables(self, rows, scenes):
-        """Linear cables that stand for the nonlinear conductors of k scenes, each in its load case.
+        """Linear cables that represent the nonlinear conductors of k scenes, each in its load case.
 
         A linear cable has the strain and the tension of the conductor in equilibrium. The state of a conductor says
         which permanent elongation ("set") it has: none, by creep, by load, or both (`final`).
@@ -328,7 +328,7 @@ def _strain_errors(condition, strain, along):
 
 
 def uneven_errors(linear, catenary):
-    """Estimate the relative errors of k equilibria in which a linear cable stands for each nonlinear conductor.
+    """Estimate the relative errors of k equilibria in which a linear cable represents each nonlinear conductor.
 
     A linear cable has the strain of the conductor at the mean tension T_m only, but the tension T varies along the
     cable. The estimate is the sum of two errors of first order, times a safety factor (`STUDY.second_order`):

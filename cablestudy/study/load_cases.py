@@ -253,7 +253,7 @@ def _with_uniform_drag(span, ends, wind):
         turned,
         cosine=np.where(in_wind, turned.cosine, span.cosine),
         sine=np.where(in_wind, turned.sine, span.sine),
-        level=np.where(in_wind[:, None], turned.level, span.level),
+        horizontal=np.where(in_wind[:, None], turned.horizontal, span.horizontal),
     )
 
 

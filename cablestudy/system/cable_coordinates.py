@@ -21,7 +21,7 @@ from cablestudy.system.tolerances import SYSTEM
 
 @dataclass(frozen=True)
 class ReducedCable:
-    """One cable in its coordinates: some modes with fixed ends, and vectors that stand for the others.
+    """One cable in its coordinates: some modes with fixed ends, and vectors that represent the others.
 
     Attributes
     ----------
@@ -39,7 +39,7 @@ class ReducedCable:
 
     @property
     def residuals(self):
-        """Number of vectors that stand for the other modes."""
+        """Number of vectors that represent the other modes."""
         return len(self.element.omega) - self.modes
 
 

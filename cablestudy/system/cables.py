@@ -1,7 +1,7 @@
 """Superelements of all cables of a suspension: those on equal meshes are computed together.
 
 Each cable is given the mesh that resolves its waves up to the highest frequency of interest, and keeps the modes with
-fixed ends up to a multiple of it; six vectors at most stand for the others (`cable_coordinates`). A cable all of whose
+fixed ends up to a multiple of it; six vectors at most represent the others (`cable_coordinates`). A cable all of whose
 modes lie far above keeps none: its inertia is that of its static shapes.
 """
 
@@ -38,7 +38,7 @@ class Models:
     fixed : bool
         True if the elements are in their own equilibrium, False if on the closed form of the catenary.
     most_modes : int
-        Largest number of modes of a cable that are computed; up to six vectors stand for the others.
+        Largest number of modes of a cable that are computed; up to six vectors represent the others.
     modes_of_large : ndarray of int, shape (c,), optional
         Modes that are computed of a cable that has more than `most_modes`. Default and upper bound: `most_modes`.
     in_modes : bool

@@ -27,7 +27,7 @@ class CableRecord:
     elements, order : int
         Of its mesh; zero for a cable without mass.
     modes, residuals : int
-        Coordinates: modes with fixed ends, and vectors that stand for the others.
+        Coordinates: modes with fixed ends, and vectors that represent the others.
     first_mode : float
         Its lowest mode with fixed ends; infinite without mass. [Hz]
     limit : float

@@ -302,7 +302,7 @@ class EndsOfAllMotion(Ends):
 
 
 class EndsOfLarge(Ends):
-    """`Ends` of one cable whose modes are not all computed: six residual vectors, or fewer, stand for the others.
+    """`Ends` of one cable whose modes are not all computed: six residual vectors, or fewer, represent the others.
 
     As in `cable_coordinates`, they are the response of the other modes to the inertia forces of the static shapes; here
     the whole response, from which the part of the computed modes is taken off.
@@ -344,7 +344,7 @@ class EndsOfLarge(Ends):
         return tuple(array[None] for array in (*basis, forces))
 
     def _residual_vectors(self, system, static, omega, shapes):
-        """Residual vectors of the cable in one plane of motion: they stand for the modes that are not computed.
+        """Residual vectors of the cable in one plane of motion: they represent the modes that are not computed.
 
         Parameters
         ----------

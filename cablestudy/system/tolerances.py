@@ -91,7 +91,7 @@ class SystemTolerances:
 
     # ----------------------------------------------------------- damping that couples the modes of a cable
 
-    # difference between the sum over poles and the forces it stands for, up to which the sum is used
+    # difference between the sum over poles and the forces it represents, up to which the sum is used
     trusted: float = 1e-11
     # the same of poles found in windows: nine cables of a balloon leave up to 6e-7; a cable whose damping couples
     # modes over more than windows are wide leaves 2e-6, and 1.5e-4 of its largest gain

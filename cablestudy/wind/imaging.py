@@ -79,7 +79,7 @@ def correction_weight(frequency, bandwidth, delay):
     return f**2 / ((f - b) ** 2 + 4 * f * b * lag)
 
 
-def seen_weights(exposure=None, correction=None):
+def image_weights(exposure=None, correction=None):
     """Factors that turn the spectrum of a motion into that of the motion seen in the images of a telescope.
 
     Parameters

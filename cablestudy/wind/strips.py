@@ -20,7 +20,7 @@ import numpy as np
 
 from cablestudy.cable.element import Mesh, basis, lagrange
 from cablestudy.cable.meshes import mesh_segments
-from cablestudy.statics.suspension import outward
+from cablestudy.statics.suspension import outward_tangents
 from cablestudy.system.superelement import of_shapes, with_ends
 from cablestudy.wind.cable_pairs import Arc, load_points
 from cablestudy.wind.coherence import gauss, rods
@@ -186,7 +186,7 @@ def strips(models, kept, equilibrium, drag):
     models : Models
         Elements of all c cables.
     kept : list of ReducedCable, or None
-        Coordinates of each cable: some modes, and vectors that stand for the others; None for all modes.
+        Coordinates of each cable: some modes, and vectors that represent the others; None for all modes.
     equilibrium : Equilibrium
         Of one case.
     drag : Drag
@@ -233,7 +233,7 @@ def nodal_shapes(models, kept, cables):
     models : Models
         Elements of the cables.
     kept : list of ReducedCable, or None
-        Coordinates of each cable: some modes, and vectors that stand for the others; None for all modes.
+        Coordinates of each cable: some modes, and vectors that represent the others; None for all modes.
     cables : ndarray of int
         Indices of the cables.
 
@@ -311,7 +311,7 @@ def amplitudes(coordinates, layout, shapes, groups):
     """
     if not groups:
         return []
-    ends, tangents = layout.ends(layout.bodies(shapes)), outward(layout.equilibrium)[0]
+    ends, tangents = layout.ends(layout.bodies(shapes)), outward_tangents(layout.equilibrium)[0]
     total, begin, by_group = sum(map(len, groups)), 0, []
     for cables in groups:
         modes = [shapes[np.flatnonzero(coordinates.cable == cable)] for cable in cables.tolist()]
@@ -330,7 +330,7 @@ def _courses(models, catenary):
 
     For each cable, with e elements of some order p: unit tangents, shape (e, p, 3), and local stretched over
     unstretched length, (e, p), at the Gauss points; tension vectors in the middle of each element, and half of their
-    changes over it, both (e, 3) [N]. Without mass a unit vector stands for the tension.
+    changes over it, both (e, 3) [N]. Without mass a unit vector represents the tension.
     """
     along = np.eye(3)[:1]
     mean_stretch = (1 + catenary.mean_tension / catenary.span.axial_stiffness)[:, None, None]

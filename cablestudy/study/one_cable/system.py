@@ -156,7 +156,7 @@ def in_cable_wind_of(case, make_analysis=DynamicAnalysis):
     NoSolutionError, ConvergenceError
         There is no equilibrium.
     """
-    directions = {"across": case.span.frame[2], "along": case.span.level}  # horizontal
+    directions = {"across": case.span.frame[2], "along": case.span.horizontal}
     analyses = [analysis_in_wind(case, direction, name, make_analysis) for name, direction in directions.items()]
     if case.scene.gondola is None:
         return InCableWind([analysis.with_midspans for analysis in analyses], MIDSPAN)
@@ -221,13 +221,13 @@ def gondola_mode_of(case):
     """The coupled mode of a case in which the gondola moves most along x: `RefinedMode`, first of loop and wind."""
     search = partial(BodyMode.search, name=GONDOLA, body=0, axis=0)
 
-    def sharper(factor):
+    def with_accuracy(factor):
         accuracy, cables = factor * case.scene.model.accuracy, cables_of(case, case.scene.cable.damping)
         return search(partial(coupled_modes, case.equilibrium, accuracy=accuracy, cables=cables))
 
     return RefinedMode(
         first=lambda: search(case.analysis.lowest_modes),
-        sharper=sharper,
+        with_accuracy=with_accuracy,
         accuracy=case.scene.model.accuracy,
         airflow=lambda: case.analysis.airflow,
         together=lambda: [other.gondola_mode for other in case.together or [case] if other.scene.gondola is not None],

@@ -29,7 +29,7 @@ from cablestudy.system.damping import damped_poles
 from cablestudy.system.ends import Ends
 from cablestudy.system.state_spaces import StateSpaces
 from cablestudy.system.superelement import GONDOLA, GROUND
-from cablestudy.wind.imaging import seen_weights
+from cablestudy.wind.imaging import image_weights
 
 DEFAULT = ("end_stiffness", "cable_frequency", "inplane_frequency_8", "gondola_frequency", "gondola_rms_open_loop")
 PAPER = 40  # number of bars of the paper's model
@@ -218,7 +218,7 @@ class AnalysisOfSystem(DynamicAnalysis):
 
     def __init__(self, system, *args):
         super().__init__(*args)
-        self._system, self._weights = system, OWN | seen_weights(self.scene.exposure, self.scene.correction)
+        self._system, self._weights = system, OWN | image_weights(self.scene.exposure, self.scene.correction)
 
     def rms(self, names, variance, open_loop):
         """RMS of the gondola's motion along x in the gusts of the analysis, computed by the other system, `system`.
@@ -228,7 +228,7 @@ class AnalysisOfSystem(DynamicAnalysis):
         names : list of str
             Not used: the gondola's position is the only output.
         variance : {"value", "rate", "exposure", "corrected", "corrected_exposure"}
-            Displacement [m], velocity [m/s], or displacement as a telescope sees it (`imaging.seen_weights`) [m].
+            Displacement [m], velocity [m/s], or displacement as a telescope sees it (`imaging.image_weights`) [m].
         open_loop : bool
             True for the winch at rest, False for the loop closed.
 
@@ -299,7 +299,7 @@ class OnGrid(DynamicAnalysis):
     def __init__(self, frequency, *args):
         super().__init__(*args)
         self._frequency = frequency
-        self._weights = OWN | seen_weights(self.scene.exposure, self.scene.correction)
+        self._weights = OWN | image_weights(self.scene.exposure, self.scene.correction)
 
     def rms(self, names, variance, open_loop):
         """RMS of some outputs, as `DynamicAnalysis.rms`; the error is not a number."""

@@ -18,7 +18,7 @@ from cablestudy.study.table import Field
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.hanging_cables import UNDAMPED, Cables
 from cablestudy.wind.drag import shedding_frequencies
-from cablestudy.wind.imaging import seen_weights
+from cablestudy.wind.imaging import image_weights
 
 PARTS = {"gondola": ("",), "cable": ("_cable_wind",), "both": ("", "_cable_wind", "_all_wind")}
 CLOSED = ("gondola_rms", "gondola_rms_velocity")
@@ -113,7 +113,7 @@ def _names(scene, parts):
         names += ["winch_rms_speed", "winch_peak_speed"] if scene.winch.max_speed is not None else []
     if "" in parts:
         names += ["mean_displacement"] if scene.wind is not None and scene.wind.mean else []
-        names += ["peak", *seen_weights(scene.exposure, scene.correction)]
+        names += ["peak", *image_weights(scene.exposure, scene.correction)]
     return [*names, *_strength(scene, "" in parts)]
 
 

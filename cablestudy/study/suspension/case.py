@@ -291,13 +291,13 @@ class SuspensionCase(SuspensionAtRest, ComparedCase):
                     raise NoSolutionError(f"{name} is held along {AXES[axis]}: it has no mode")
                 return BodyMode.search(modes_of, name, body, axis)
 
-            def sharper(factor):
+            def with_accuracy(factor):
                 options = {"accuracy": factor * model.accuracy, "damping": damping}
                 return search(partial(coupled_modes, self.equilibrium, **options))
 
             self._modes_of_bodies[name, axis] = RefinedMode(
                 first=lambda: search(self.modes),
-                sharper=sharper,
+                with_accuracy=with_accuracy,
                 accuracy=None if model.elements else model.accuracy,
                 airflow=lambda: self._airflow,
                 together=lambda: [case.mode_along(name, axis) for case in self.together or [self]],

@@ -63,7 +63,7 @@ def displacement_columns(name):
         mean_error = np.linalg.norm(means * errors) / mean if mean else 0.0
         return scaled(peaks.peak(_analysis(case, outputs), outputs, mean, mean_error=mean_error), MM)
 
-    def seen_motion(variance, *keys):
+    def image_motion(variance, *keys):
         """Function of a case: the RMS that a telescope sees, which needs some keys of the scene."""
 
         def compute(case):
@@ -94,12 +94,12 @@ def displacement_columns(name):
     return [
         *columns,
         Column(f"{name}.peak", "mm", "mean displacement and peak factor times RMS (Davenport)", "wind", peak, "wind"),
-        Column(f"{name}.exposure", "um", "RMS motion within one exposure", "wind", seen_motion("exposure", "exposure"),
+        Column(f"{name}.exposure", "um", "RMS motion within one exposure", "wind", image_motion("exposure", "exposure"),
                "wind, exposure"),
         Column(f"{name}.corrected", "um", "RMS motion that is left after correction by the mirror", "wind",
-               seen_motion("corrected", "correction"), "wind, correction"),
+               image_motion("corrected", "correction"), "wind, correction"),
         Column(f"{name}.corrected_exposure", "um", "RMS motion within one exposure behind the mirror", "wind",
-               seen_motion("corrected_exposure", "exposure", "correction"), "wind, exposure, correction"),
+               image_motion("corrected_exposure", "exposure", "correction"), "wind, exposure, correction"),
     ]  # fmt: skip
 
 
@@ -108,7 +108,7 @@ def peak_along(case, name, axis):
     return MM * peaks.peak(case.analysis, [f"{name}.{DISPLACEMENTS[axis]}"], case.mean_displacement(name, axis)[0])[0]
 
 
-def turn_columns(name):
+def rotation_columns(name):
     """The columns of the rotation of a body: list of Column."""
 
     def rms(axis, state):
@@ -261,7 +261,7 @@ def wind_columns_of(scene, name):
     """
     body, _, marker = name.partition(".")
     if body in scene.bodies and marker in ("", *scene.bodies[body].markers):
-        return displacement_columns(name) + ([] if marker else turn_columns(name))
+        return displacement_columns(name) + ([] if marker else rotation_columns(name))
     if name in scene.points and scene.points[name].free:
         return displacement_columns(name)
     if name in scene.cables:

@@ -18,9 +18,9 @@ from cablestudy.study.suspension.wind_columns import (
     exceeded_limits,
     link_force_column,
     peak_along,
+    rotation_columns,
     slackened,
     tension_columns,
-    turn_columns,
 )
 from cablestudy.study.table import Field, Table
 from cablestudy.study.table_rows import SLACK
@@ -128,7 +128,7 @@ def _closed_loop(columns):
 
 def _open_loop(name):
     """Columns of a body or marker with the winches at rest, without that in their names."""
-    columns = displacement_columns(name) + ([] if "." in name else turn_columns(name))
+    columns = displacement_columns(name) + ([] if "." in name else rotation_columns(name))
     return [replace(column, name=column.name.replace(OPEN, "")) for column in columns if OPEN in column.name]
 
 
@@ -146,7 +146,7 @@ def columns_by_name(scene, table):
 
 ROWS = {  # name of a table -> functions: of a scene, the names of the rows; of the scene and such a name, its columns
     "motion": (_bodies_and_markers, lambda scene, name: _closed_loop(displacement_columns(name))),
-    "rotations": (lambda scene: scene.bodies, lambda scene, name: _closed_loop(turn_columns(name))),
+    "rotations": (lambda scene: scene.bodies, lambda scene, name: _closed_loop(rotation_columns(name))),
     "open_loop": (_bodies_and_markers, lambda scene, name: _open_loop(name)),
     "cables": (lambda scene: scene.cables, lambda scene, name: _cable_columns(name)),
     "actuators": (
