@@ -203,10 +203,11 @@ def _gauss_rule(dimensions):
 
 
 def _flexibility_of_large_beta(tension, cosine, sine, terms):
-    """Flexibility of heavy segments (large beta) by change of direction alone: the same entries in the same frame.
+    """Flexibility of heavy segments (large beta) by change of direction alone.
 
-    It is found for horizontal, vertical and lateral components (h, V, y) of the tension vector P and then rotated into
-    the chord frame (q, n, y). The numbers i0, i1 and i2 are the means of V^k/T^3 for k = 0, 1 and 2.
+    The result is that of `_flexibility_of_small_beta`: entries qq, nn, yy, qn, qy, ny in the chord frame [1/N]. It is
+    found for horizontal, vertical and lateral components (h, V, y) of the tension vector P and then rotated into the
+    chord frame (q, n, y). The numbers i0, i1 and i2 are the means of V^k/T^3 for k = 0, 1 and 2.
     """
     q, n, y = tension
     h, total, (t0, t1) = terms.horizontal, terms.sum_of_tensions, terms.tensions

@@ -183,8 +183,8 @@ def report(path, sets, vary, case, out, title, columns, where, jobs, quiet):
 @QUIET
 @announced
 def find(scene, goal, by, between, names, sets, case, style, quiet):
-    """The value of a key for which a column takes a value: one row for each that there is. With `limits` the range in
-    which all limits of the scene hold, in all of their load cases: one row for each end, with what governs there."""
+    """The value of a key for which a column takes a value: one row for each solution. With `limits` the range in which
+    all limits of the scene hold, in all of their load cases: one row for each end, with what governs there."""
     from cablestudy.interface import compute_find
 
     if goal.strip() == "limits":

@@ -100,10 +100,24 @@ def compute(run, words):
 def finish(study, run, style, plot, command, select, indices=False, tolerances=None, differing=0):
     """Write and print the table of a complete `Run`, or compare it with the stored table; return the exit code.
 
-    The `command` as typed is for the record next to the written table. `select`, of `Study.selection`, makes of the
-    table the rows that are drawn and printed, or Sobol's `indices` in their place. With `tolerances`, of
-    `Study.tolerances`, the table is compared with the stored one within them, and not printed; `differing` is the
-    number of differences that are printed already: columns that are only in one of the tables, or renamed.
+    Parameters
+    ----------
+    study : StudyFile
+    run : Run
+    style : Style
+        How the table is printed.
+    plot : str or None
+        File of a picture.
+    command : str
+        The command as typed, for the record next to the written table.
+    select : callable
+        Table -> the table that is drawn and printed, and notes; see `Study.selection`.
+    indices : bool
+        Whether that is a table of Sobol's indices.
+    tolerances : dict, optional
+        Of `Study.tolerances`: the table is compared with the stored one within them, and not printed.
+    differing : int
+        Number of differences printed before: columns that only one of these tables has, or that are renamed.
     """
     from cablestudy.interface.study import differences
 

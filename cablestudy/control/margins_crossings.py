@@ -156,11 +156,25 @@ def refined(functions, brackets, growth=0.0):
 
 
 def _by_secant(functions, brackets, is_single, growth):
-    """Locate crossings of the negative real axis by eigenvalues to rounding, by the secant method: `Crossings`.
+    """Locate crossings of the negative real axis by eigenvalues of loop gains to rounding, by the secant method.
 
-    Of the k eigenvalues at a new frequency it takes the one nearest to the line through the last two values. `brackets`
-    are pairs of frequencies with one crossing between them; those where another eigenvalue was followed by mistake are
-    left out, which cannot happen if k = 1 (`is_single`). The loop gains are computed at s = (growth + i) w.
+    Of the k eigenvalues at a new frequency it takes the one nearest to the line through the last two values. Crossings
+    where another eigenvalue was followed by mistake are left out, which cannot happen if k = 1.
+
+    Parameters
+    ----------
+    functions : list of callable
+        Loop gains over the gain: s, shape (f,) -> shape (f, k, k).
+    brackets : Crossings
+        Pairs of frequencies with one crossing between them, and the eigenvalues there.
+    is_single : bool
+        True if k = 1.
+    growth : float
+        Loop gains are computed at s = (growth + i) w, w being the frequency. [-]
+
+    Returns
+    -------
+    Crossings
     """
     pairs, (low, high) = brackets, brackets.omega.T  # the last two points of each search
     last_step = np.maximum(CONTROL.secant_last_step * (high - low), CONTROL.secant_rounding * high)

@@ -134,16 +134,30 @@ def uniform_gust(gusts):
 
 
 def _response_in_space(closed_loop, loop, motion, space, channel, law_states=None):
-    """Compute the `in_time` response, without errors, with the n coordinates of the plant, or in a subspace.
+    """Compute the response of `in_time`, without its errors, with all coordinates of the plant or in a subspace.
 
-    `loop` is about all n coordinates; its gain, notches and allocation are used. `motion` are the equations of motion
-    of the plant in n coordinates, or in the r coordinates of the subspace of the basis `space`, shape (n, r).
-    `law_states` are `Loop.law_states` with another approximant of a delay.
+    Parameters
+    ----------
+    closed_loop : ClosedLoop
+    loop : Loop
+        Of all n coordinates of the plant; its gain, notches and allocation are used.
+    motion : LinearSystem
+        Equations of motion of the plant, in its n coordinates or in the r coordinates of the subspace.
+    space : ndarray, shape (n, r), or None
+        Basis of the subspace; None without one.
+    channel : _Channel
+        Input, output and points of time.
+    law_states : tuple, optional
+        `Loop.law_states` with another approximant of a delay.
+
+    Returns
+    -------
+    TimeResponse
     """
     loads, allocation = np.zeros((len(closed_loop.motion), 1)), loop.allocation
     if closed_loop.gusts is not None:
         gust_force = uniform_gust(closed_loop.gusts)
-        loads[: len(gust_force), 0] = gust_force  # strokes of reaction masses, the last coordinates, bear no wind
+        loads[: len(gust_force), 0] = gust_force  # strokes of reaction masses, the last coordinates, have no wind load
     if space is not None:
         loads, allocation = space.T @ loads, replace(allocation, measured=allocation.measured @ space)
     coordinate_count = len(motion) - sum(not actuator.wheel for actuator in closed_loop.actuators)

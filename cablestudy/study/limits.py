@@ -137,12 +137,25 @@ def _unknown_columns(document):
 
 
 def _limit(scene, name, table):
-    """The `SceneLimit` of an entry of the table `limits` of a scene, its name and `LimitTable`.
+    """Read an entry of the table `limits` of a scene: `SceneLimit`.
 
-    Its terms are the load cases that the table names, by default all and the reference state, each with every cable
-    that has the column. A term is left out if the scene cannot have the column in this case, or if the case lacks the
-    cable. ValueError if the column is no result, or its number zero or of another unit; or if the scene cannot have the
-    column in a load case that the table names or, if it names none, in any.
+    Its terms are the load cases that the entry names, by default all and the reference state, each with every cable
+    that has the column. A term is left out if the scene cannot have the column in this case, or if the case has lost
+    the cable.
+
+    Parameters
+    ----------
+    scene : CableScene or SuspensionScene
+    name : str
+        Name of the limit.
+    table : LimitTable
+        The entry as read.
+
+    Raises
+    ------
+    ValueError
+        The column is no result; its number is zero or has another unit; or the scene cannot have the column in a load
+        case that the entry names or, if it names none, in any load case.
     """
     stated = comparison(table.that)
     # (cable, column of this cable); of a column that belongs to no cable one pair, with "" for the cable
