@@ -104,7 +104,7 @@ def minima_between(function, low, middle, high, index, width=TINY, rtol=MINIMUM_
     Returns
     -------
     ndarray, shape (2, n)
-        Argument of each minimum, and the value there; not a number where the value at `middle` is not the least, or
+        Argument of each minimum, and the value there; NaN where the value at `middle` is not the least, or
         one of the three is not finite.
     """
     index = np.asarray(index)

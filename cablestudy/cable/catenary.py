@@ -335,7 +335,7 @@ def solve(span, tension=None):
     span : Span
         Ends, unstretched length, properties and loads; fields of shape () or (...).
     tension : ndarray, shape (..., 3), optional
-        Tension vectors at mid-length, global axes, from which to begin; not a number where none is known. [N]
+        Tension vectors at mid-length, global axes, from which to begin; NaN where none is known. [N]
 
     Returns
     -------

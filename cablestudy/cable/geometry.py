@@ -210,7 +210,7 @@ def tensions_at_point_loads(cable, shares):
 
 
 def heights_above(points, ground):
-    """Vertical distance from points down to the ground, not a number where it is not known, shape (k,). [m]
+    """Vertical distance from points down to the ground, NaN where it is not known, shape (k,). [m]
 
     Parameters
     ----------

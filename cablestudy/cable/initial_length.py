@@ -127,7 +127,7 @@ def no_strain_for_sag(_, sag):
 
 
 def strains_for_sag(span, sag):
-    """Chord strains of n cables with stated sags [m], each of shape (n,); not a number where there is none. [-]"""
+    """Chord strains of n cables with stated sags [m], each of shape (n,); NaN where there is none. [-]"""
     depth = sag * span.cosine / span.chord
     horizontal = span.weight_per_length * span.chord**2 / (8 * sag)
     guess = horizontal / span.axial_stiffness - 8 / 3 * depth**2
@@ -165,7 +165,7 @@ def _catenary(span, strain):
 
 
 def _tension(span, strain, at="mean"):
-    """Tension at each chord strain; not a number where the cable has no definite form."""
+    """Tension at each chord strain; NaN where the cable has no definite form."""
     catenary = _catenary(span, strain)
     return np.where(catenary.record.converged, TENSIONS[at][1](catenary), np.nan)
 
@@ -214,7 +214,7 @@ def _rising_zeros(function, guess, highest):
 def _zeros_by_secant(function, guess, highest):
     """Find zeros of n functions of the chord strain near good guesses, each where its function rises: secant method.
 
-    A zero is not a number where the steps do not become small, where they leave the range, or where the function was
+    A zero is NaN where the steps do not become small, where they leave the range, or where the function was
     not seen to rise. The arguments are those of `_rising_zeros`.
     """
     zeros, index = np.full(len(guess), np.nan), np.arange(len(guess))

@@ -27,7 +27,7 @@ def forces(at_rest, moves, distances):
     Returns
     -------
     force, linear : ndarray, shape (...)
-        Exact and linear force; the exact one is not a number where a cable has no equilibrium. [N]
+        Exact and linear force; the exact one is NaN where a cable has no equilibrium. [N]
     """
     span = at_rest.span
     force_at_rest = -at_rest.end_forces("global")[..., 1, :]

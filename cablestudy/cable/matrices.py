@@ -43,12 +43,12 @@ def of_each(function, failed, *stacks):
 
 
 def solved(matrices, right):
-    """Solutions of linear systems, not a number where one is singular, shapes (m, n, n) and (m, n, k)."""
+    """Solutions of linear systems, NaN where one is singular, shapes (m, n, n) and (m, n, k)."""
     return of_each(np.linalg.solve, np.nan, matrices, right)
 
 
 def solved_sparse(matrix, right):
-    """Solution of a sparse linear system, not a number where it is singular, shape (n,)."""
+    """Solution of a sparse linear system, NaN where it is singular, shape (n,)."""
     from scipy.sparse import csc_array
     from scipy.sparse.linalg import splu
 
@@ -64,7 +64,7 @@ def inverse(matrices):
 
 
 def factors_of_each(matrices):
-    """Cholesky factors of matrices, shape (..., d, d); not a number where one is not positive definite."""
+    """Cholesky factors of matrices, shape (..., d, d); NaN where one is not positive definite."""
     stack = matrices.reshape(int(np.prod(matrices.shape[:-2])), *matrices.shape[-2:])
     return of_each(np.linalg.cholesky, np.nan, stack).reshape(matrices.shape)
 

@@ -28,7 +28,7 @@ REASONS = (
 
 @dataclass(frozen=True)
 class Record:
-    """Newton steps of one cable or of a batch; values of steps after a cable has stopped are not a number."""
+    """Newton steps of one cable or of a batch; values of steps after a cable has stopped are NaN."""
 
     residual: np.ndarray  # largest component before each step, shape (steps, ...) [-]
     correction: np.ndarray  # size of each full step relative to the tension, shape (steps, ...) [-]
@@ -140,7 +140,7 @@ def newton(problem, unknown, active):
 
 
 def _spread(part, shape, index):
-    """Numbers of the cables at an index of a batch in an array for the whole batch, not a number elsewhere."""
+    """Numbers of the cables at an index of a batch in an array for the whole batch, NaN elsewhere."""
     whole = np.full((len(part), *shape), np.nan)
     whole[:, *index] = part
     return whole

@@ -46,9 +46,9 @@ class Profile:
         Parameters
         ----------
         exponent : ndarray, shape (n,)
-            Exponent of each case; not a number where the wind is uniform. [-]
+            Exponent of each case; NaN where the wind is uniform. [-]
         height : ndarray, shape (n,)
-            Height above the ground at which the wind is stated; not a number where the wind is uniform. [m]
+            Height above the ground at which the wind is stated; NaN where the wind is uniform. [m]
         grounds : sequence of (float, tuple or None)
             For each case the height of level ground, or points (x, z) between which the ground is straight, or None for
             the height 0. [m]

@@ -154,7 +154,7 @@ class Condition:
         ----------
         tension_at : callable
             Strain [-], tension by the curves [N] and its slope with the strain [N], each of shape (...) -> tension in
-            equilibrium at that strain [N], not a number where there is none.
+            equilibrium at that strain [N], NaN where there is none.
         start : ndarray, shape (...)
             Strain of each conductor at which the iteration begins. [-]
         alone : bool

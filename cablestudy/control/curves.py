@@ -24,7 +24,7 @@ def by_parts(function, s):
 
 
 def eigenvalues(matrices):
-    """Eigenvalues of matrices, shape (f, k, k) -> (f, k); not a number where a matrix is not finite."""
+    """Eigenvalues of matrices, shape (f, k, k) -> (f, k); NaN where a matrix is not finite."""
     if matrices.shape[-1] == 1:
         return np.where(np.isfinite(matrices), matrices, np.nan)[..., 0]
     finite = np.isfinite(matrices).all(axis=(-2, -1))

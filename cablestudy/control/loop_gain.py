@@ -97,7 +97,7 @@ class LoopGain:
         bodies, shapes = self.bodies, (self.measured.shape, self.allocation.shape)
         return len(bodies), bodies.stiffness.dtype, *(one.filtered for one in bodies.feedback), *shapes
 
-    @np.errstate(divide="ignore", invalid="ignore")  # at the pole of an undamped mode it is not a number
+    @np.errstate(divide="ignore", invalid="ignore")  # at the pole of an undamped mode it is NaN
     def receptance(self, s, gain=0.0):
         """Coordinates per force on them with a gain g, (Z + g F A C1 N P)^-1 for s of shape (f,), shape (f, d, d)."""
         bodies, pulled = LoopGain.stiffness_and_forces([self], np.zeros(len(s), dtype=int), s)

@@ -117,7 +117,7 @@ def maxima(function, low, top, high, *which):
 
     `function` returns the values at frequencies [rad/s], given also the entries of `which` for each: arrays of shape
     (p,), such as the number of one of several functions. `low`, `top` and `high`, shape (p,), are below, near and above
-    each maximum: of the three `top` has the highest value. A value that is not a number becomes -inf.
+    each maximum: of the three `top` has the highest value. A value that is NaN becomes -inf.
     """
     width = high - low
 

@@ -204,7 +204,7 @@ def responses(closed, alone, output, winches, input_, components, time):
     c = np.concatenate([closed.c[[output]], c_winches, c_winches @ closed.a])  # displacement, winches, their speeds
     d = np.concatenate([closed.d[[output], input_], np.zeros(len(winches)), c_winches @ b])
     displacement_and_winches = respond(closed.a, b, c, d, components, time)
-    # static gain D - C A^-1 B; not a number where a loop without gain leaves A singular
+    # static gain D - C A^-1 B; NaN where a loop without gain leaves A singular
     final = closed.d[output, input_] - closed.c[output] @ solved(closed.a[None], b[None, :, None])[0, :, 0]
     # index of the input in `alone`; negative for a reference, which only the loop has
     open_input, open_loop = input_ - (len(closed.inputs) - len(alone.inputs)), None

@@ -89,7 +89,7 @@ class DampingRatio:
     Attributes
     ----------
     value, error : float
-        The ratio, and its relative error, which is not a number where it is not known. [-]
+        The ratio, and its relative error, which is NaN where it is not known. [-]
     finest : bool
         True if no model has a finer mesh.
     """
@@ -107,7 +107,7 @@ def _ratios_of_trial(modes, airflows):
     """Damping ratios of the modes of bodies in n suspensions of one `Trial`, with estimates of their errors.
 
     The relative error is `SYSTEM.coarser_mesh_safety` times the relative change of the ratio by coarser meshes of the
-    cables. It is not a number where the ratio is 1 (no oscillation) and for stated elements, which all of the scenes of
+    cables. It is NaN where the ratio is 1 (no oscillation) and for stated elements, which all of the scenes of
     `modes` have or none; for a ratio of 0 it is `MOTION.rounding`. Where no pole is found, on either mesh, the
     ConvergenceError is in place of the `DampingRatio`.
     """
@@ -185,8 +185,8 @@ class _PoleSearch:
         Returns
         -------
         poles, near : ndarray, complex, shape (n,)
-            Poles, and the estimates at which the search began. A pole is -w where the mode does not oscillate, and not
-            a number where it is not found. [rad/s]
+            Poles, and the estimates at which the search began. A pole is -w where the mode does not oscillate, and NaN
+            where it is not found. [rad/s]
         """
         viscous, hysteretic = self._damping_of_shapes()
         near = 1j * np.sqrt(self._omega**2 + 1j * hysteretic - viscous**2 / 4) - viscous / 2
@@ -247,7 +247,7 @@ class _PoleSearch:
         return [values.real for values in energies(self._layout, *arguments)[1:]]
 
     def _pole_of_coupled_modes(self, row):
-        """Pole of the model of the coupled modes of a row; not a number where the mode does not oscillate. [rad/s]"""
+        """Pole of the model of the coupled modes of a row; NaN where the mode does not oscillate. [rad/s]"""
         modes, airflow, lowest = self._modes[row], self._airflows[row], slice(self._numbers[row] + 1)
         system = modes.system if airflow is None else airflow.damped_system(modes)
         return damped_poles(system, modes.omega[lowest], modes.shapes[:, lowest])[0][-1]

@@ -22,7 +22,7 @@ class RefinedMode:
     """Mode of a body along one of its coordinates, and its numbers to the accuracy of a scene by ever finer models.
 
     It is the mode with the largest share of the body's static compliance along the coordinate, see `BodyMode`. Each
-    number comes with its estimated relative error, which is not a number where the scene states the elements of the
+    number comes with its estimated relative error, which is NaN where the scene states the elements of the
     cables.
 
     Parameters
@@ -177,7 +177,7 @@ class BodyMode:
 
     @property
     def frequency(self):
-        """Undamped frequency [Hz] and its estimated relative error, not a number for stated elements."""
+        """Undamped frequency [Hz] and its estimated relative error, NaN for stated elements."""
         return float(self.modes.frequency[self.number]), float(self.modes.error[self.number])
 
     @cached_property
@@ -201,7 +201,7 @@ class BodyMode:
         """Share in the static compliance, by a finer model, and its estimated relative error. [-]
 
         The error is the change to the finer model, or what the errors of the frequencies of that allow
-        (`error_by_mixing`) where this is larger; not a number for stated elements.
+        (`error_by_mixing`) where this is larger; NaN for stated elements.
         """
         fine, run = self.damped[0], self.modes.run_of(self.number)
         share = fine.compliance_shares(self.body, self.axis)[run].sum()

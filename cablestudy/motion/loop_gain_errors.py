@@ -123,7 +123,7 @@ class LoopGainErrors:
     def of_limit(self):
         """Relative errors of the factor and the frequency of `limit`: by models, then by drag, shape (2, 2). [-]
 
-        They are not numbers where not known. The drag is that of the mean wind, which the models take as uniform along
+        They are NaN where not known. The drag is that of the mean wind, which the models take as uniform along
         each cable.
         """
         limit, resolving, errors = self._driven.limit, self._driven.resolving, np.full((2, 2), np.nan)

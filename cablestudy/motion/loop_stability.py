@@ -305,7 +305,7 @@ class LoopStability:
 
     @property
     def errors_of_single_limits(self):
-        """Relative error of each of `single_limits`; not a number where it is not known: list. [-]
+        """Relative error of each of `single_limits`; NaN where it is not known: list. [-]
 
         It is not where modes that such a gain could drive may not have been looked at.
         """

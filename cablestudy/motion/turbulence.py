@@ -31,7 +31,7 @@ class ModelVariances:
     ----------
     value : ndarray, shape (w, o)
     by_modes : ndarray, shape (w, o)
-        Errors due to modes; not numbers where they are not computed.
+        Errors due to modes; NaN where they are not computed.
     by_delay : ndarray, shape (w, o)
         Errors by an approximated delay.
     """

@@ -105,7 +105,7 @@ def _newton_step(error, by_length, kinds):
     """Relative changes of length dL/L = -m/(dm/d ln L) of cables, no larger than `STATICS.stated_length_change`.
 
     `error` has the relative errors e of the stated values, of which `linear_measure` makes m, zero where nothing is
-    stated, and `by_length` de/d ln L, both of shape (..., c); where the latter is zero or not a number the length
+    stated, and `by_length` de/d ln L, both of shape (..., c); where the latter is zero or NaN the length
     stays.
     """
     measure, factor = linear_measure(error, kinds)

@@ -34,7 +34,7 @@ def find_form(suspension):
     SuspendedSystem
         The same with its junctions at these places.
     tension : ndarray, shape (..., c)
-        Force density times length of each of the c cables; not a number for cables without a force density. [N]
+        Force density times length of each of the c cables; NaN for cables without a force density. [N]
 
     Raises
     ------
@@ -137,7 +137,7 @@ def _coordinates(suspension, moving, cables, density, load, ends):
 
 
 def _solved(entries, indices, right):
-    """Solution of the equations of balance, not a number where they are singular, shape (m,).
+    """Solution of the equations of balance, NaN where they are singular, shape (m,).
 
     The entries of their matrix are at `indices`, rows and columns; those at equal indices are added.
     """

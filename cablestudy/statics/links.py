@@ -9,7 +9,7 @@ the damping C of a movement of one end relative to the other are
 and the energy is k (d - l)^2/2. A link with l = 0 is a mount that resists any movement of one place relative to the
 other: K = k I and C = c I at any distance, and at none.
 
-A link whose length is not stated (not a number) is mounted in the reference state: there it carries nothing, and is no
+A link whose length is not stated (NaN) is mounted in the reference state: there it carries nothing, and is no
 part of the search; its length is the distance that this state has.
 """
 

@@ -46,7 +46,7 @@ class PoseState:
     extension : ndarray, shape (n, l)
         Of the links: distance of their ends less their length. [m]
     tension : ndarray, shape (n, c, 3)
-        Tension vector of each cable at mid-length, global axes; not a number where it is not known. [N]
+        Tension vector of each cable at mid-length, global axes; NaN where it is not known. [N]
     """
 
     position: np.ndarray
@@ -124,7 +124,7 @@ def displaced_with_work(suspension, state, step):
     Returns
     -------
     state : PoseState
-        After the step, with the same unstretched lengths; its tensions are not known and not a number.
+        After the step, with the same unstretched lengths; its tensions are not known and NaN.
     work : ndarray, shape (n,)
         [J]
     """

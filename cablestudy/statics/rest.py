@@ -244,7 +244,7 @@ def start(suspension):
     Returns
     -------
     PoseState
-        The tensions are not a number: they are not known yet.
+        The tensions are NaN: they are not known yet.
     """
     arms = suspension.arms(suspension.rotation)
     ends = suspension.ends(suspension.position, suspension.rotation)

@@ -38,7 +38,7 @@ class Rates:
     stiffness : ndarray, shape (..., c, 3, 3)
         K = dN/dd, global axes. [N/m]
     by_length : ndarray, shape (..., c)
-        Derivative of the stated value by dL/L; not a number where nothing is stated. [N] or [m]
+        Derivative of the stated value by dL/L; NaN where nothing is stated. [N] or [m]
     by_end : ndarray, shape (..., c, 3)
         Derivative of the stated value by the place of end 2, global axes; zero where nothing is stated. [N/m] or [-]
     """

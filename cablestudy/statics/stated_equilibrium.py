@@ -136,7 +136,7 @@ def stated_errors(suspension, state, sought):
     Returns
     -------
     error : ndarray, shape (n, s)
-        (Value in this state)/(stated value) - 1, infinite where it is not a number. [-]
+        (Value in this state)/(stated value) - 1, infinite where it is NaN. [-]
     rounding : Bounds
         Of these errors.
     cables : Catenary

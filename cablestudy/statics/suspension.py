@@ -80,7 +80,7 @@ class SuspendedSystem:
         none. [N/m]
     link_names : tuple of str
     link_stiffness, link_damping, link_length : ndarray, shape (..., l), or None
-        Of each link: k [N/m], c [N s/m], and the length at which it carries nothing, not a number where that is the
+        Of each link: k [N/m], c [N s/m], and the length at which it carries nothing, NaN where that is the
         distance in the equilibrium that is sought [m]. None without links.
     eccentric_loads : ndarray, shape (..., b, 3, 3), or None
         Sum over the dead loads on each body that act away from its reference point of p F^T: p from the reference point
@@ -95,7 +95,7 @@ class SuspendedSystem:
         Of bodies with two free rotations: rotation from which the third one is held, see `rest.with_held_rotations`;
         None where there is no such body.
     load_fractions : ndarray, shape (..., c, k), or None
-        Share of the unstretched length at which a load is whatever that length; not a number where its place is an arc
+        Share of the unstretched length at which a load is whatever that length; NaN where its place is an arc
         length. With it the order of the loads is free. [-]
     """
 

@@ -46,7 +46,7 @@ def stress_of(results):
 
 
 def utilisation_of(results):
-    """Largest tension of each cable over its breaking force, not a number without one. [-]"""
+    """Largest tension of each cable over its breaking force, NaN without one. [-]"""
     return results.statics.max_tension / results.given("cable.section_breaking_force")
 
 

@@ -28,7 +28,7 @@ class ComparedModel:
     name: str
     build: Callable  # scene, columns -> CableCase or SuspensionCase, with nothing cached
     needs: tuple = ("statics", "stiffness", *DISCRETE)  # kinds of columns whose values depend on the model
-    # column, case -> number, and the relative error that the model states of it: None or not a number without one
+    # column, case -> number, and the relative error that the model states of it: None or NaN without one
     compute: Callable = value_and_error
     count_dof: Callable = lambda case: case.size  # case -> number of free displacements
 

@@ -186,7 +186,7 @@ class Conductors:
     def _solve_strains(self, rows, scenes, condition):
         """Strains of some conductors in their cases, mean tensions there, and `tensions_along` them.
 
-        Tensions are not numbers without an equilibrium.
+        Tensions are NaN without an equilibrium.
         """
         solved = []
 
@@ -313,7 +313,7 @@ def tensions_along(catenary):
     return np.sqrt((catenary.tension_at((1 + nodes) / 2) ** 2).sum(axis=-1))
 
 
-@np.errstate(all="ignore")  # tensions are not numbers without an equilibrium
+@np.errstate(all="ignore")  # tensions are NaN without an equilibrium
 def _strain_errors(condition, strain, along):
     """Errors of a strain as the tension varies, with `tensions_along` the cables, shape (..., 2). [-]
 

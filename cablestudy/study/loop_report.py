@@ -120,7 +120,7 @@ def curves(closed_loop, frequency):
 
 
 def singular_values(value):
-    """Singular values of matrices, descending, shape (m, k); not a number where an entry is not finite."""
+    """Singular values of matrices, descending, shape (m, k); NaN where an entry is not finite."""
     finite = np.isfinite(value).all(axis=(-2, -1))
     values = np.full(value.shape[:-1], np.nan)
     values[finite] = np.linalg.svd(value[finite], compute_uv=False)

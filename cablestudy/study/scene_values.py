@@ -265,7 +265,7 @@ def _is_column(key):
 
 
 def _numbers(entry, steps):
-    """Dotted key -> values in SI at the steps of an entry; not a number where a value is invalid."""
+    """Dotted key -> values in SI at the steps of an entry; NaN where a value is invalid."""
     unique, inverse = np.unique(steps, return_inverse=True)
     numbers = {}
     for key, written, _ in entry.columns:
@@ -277,7 +277,7 @@ def _numbers(entry, steps):
 
 
 def _number(read, written):
-    """A value of the file in SI, read by a quantity's function; not a number where it is invalid."""
+    """A value of the file in SI, read by a quantity's function; NaN where it is invalid."""
     try:
         value = read(written)
     except (PydanticCustomError, ValueError):

@@ -73,7 +73,7 @@ class CoupledModes:
     omega : ndarray, shape (k,)
         Undamped angular frequencies, ascending. [rad/s]
     error : ndarray, shape (k,)
-        Estimated relative error of each; not a number for stated elements. [-]
+        Estimated relative error of each; NaN for stated elements. [-]
     coincident : tuple of (int, int)
         First and last number (from 1) of each run of modes whose frequencies agree within their errors: their motions
         may be combined at will.
@@ -162,7 +162,7 @@ class CoupledModes:
 
     @cached_property
     def _ratio_with_all_motion(self):
-        """Damping ratio of each pole with all motion of the cables, not a number where it is not found. [-]"""
+        """Damping ratio of each pole with all motion of the cables, NaN where it is not found. [-]"""
         models, (poles, ratio) = self.damped.models, self._poles_and_ratios
         sought = (ratio > SYSTEM.frequency_rounding) & ~np.isnan(self.error) & (not models.cables.modal.any())
         meshes = models if models.complete else models.with_all_displacements()

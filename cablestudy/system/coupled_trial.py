@@ -25,7 +25,7 @@ class Trial:
     Attributes
     ----------
     omega : ndarray, shape (n, k)
-        Infinite where there are fewer modes, not a number where the equilibrium is not stable. [rad/s]
+        Infinite where there are fewer modes, NaN where the equilibrium is not stable. [rad/s]
     """
 
     def __init__(self, layout, coordinates, count):

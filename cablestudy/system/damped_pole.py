@@ -31,7 +31,7 @@ def poles_near(layout, cables, near, displacements, damping, far):
     cables : list of CondensedCables
         Of the n c cables, those of one row after the other.
     near : ndarray of complex, shape (n,)
-        Estimates of the poles, above the real axis; not a number where none is asked for. [rad/s]
+        Estimates of the poles, above the real axis; NaN where none is asked for. [rad/s]
     displacements : ndarray, shape (n, d)
         Estimates of u.
     damping : ndarray, shape (n, d, d); sparse array, shape (d, d), where the layout's matrices are sparse; or 0
@@ -88,7 +88,7 @@ def ratios_near(layout, cables, poles, shapes):
     cables : list of CondensedCables
         Of all its cables.
     poles : ndarray, complex, shape (k,)
-        Estimates, above the real axis; not a number where none is asked for. [rad/s]
+        Estimates, above the real axis; NaN where none is asked for. [rad/s]
     shapes : ndarray, shape (n, k)
         Of these modes; the last rows are the free displacements of the bodies.
 
@@ -162,7 +162,7 @@ def _times(matrix, vector):
 
 
 def _solved(matrix, right, pending):
-    """Solutions of the linear systems of pending rows, see `_times`; not numbers where one is singular."""
+    """Solutions of the linear systems of pending rows, see `_times`; NaN where one is singular."""
     solution = np.full(right.shape, np.nan, dtype=complex)
     if isinstance(matrix, np.ndarray):
         of_rows = matrix.reshape(-1, *matrix.shape[-2:])[pending], right[pending, :, None]

@@ -20,7 +20,7 @@ def damped_poles(system, omega, shapes):
     Returns
     -------
     poles : ndarray, complex, shape (k,)
-        s; not a number where a mode does not oscillate. [rad/s]
+        s; NaN where a mode does not oscillate. [rad/s]
     ratio : ndarray, shape (k,)
         -Re s/|s|; see Notes for a mode that does not oscillate. [-]
 

@@ -51,7 +51,7 @@ class ReducedSystem:
         Returns
         -------
         omega : ndarray, shape (..., k)
-            Angular frequencies, ascending; infinite for motions without mass, not a number where the equilibrium is not
+            Angular frequencies, ascending; infinite for motions without mass, NaN where the equilibrium is not
             stable. [rad/s]
         shapes : ndarray, shape (..., N + d, k)
             Columns: mass-normalised; zero where there is no mode.

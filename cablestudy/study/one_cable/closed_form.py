@@ -71,7 +71,7 @@ class ClosedForm:
     numbers : dict
         Header of a column -> ndarray, shape (n,); without meaning in a case in which the column has failed.
     errors : dict
-        Header of a column with an error -> estimated relative error, shape (n,), not a number where it is unknown. [-]
+        Header of a column with an error -> estimated relative error, shape (n,), NaN where it is unknown. [-]
     failures : dict
         Case -> {header: CablestudyError} of each column without a value.
     over_strength : ndarray of bool, shape (n,)
@@ -180,7 +180,7 @@ def by_elements(results, required, closed):
 
 
 def _against_closed_form(columns, numbers, closed):
-    """Header -> relative error of each case against the closed form, not a number where it has none: dict."""
+    """Header -> relative error of each case against the closed form, NaN where it has none: dict."""
     errors = {}
     for column in columns:
         if column.least_error is None:

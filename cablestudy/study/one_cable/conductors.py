@@ -58,7 +58,7 @@ def equivalent_cables(values):
         return _reference_state(values_without_case, stiffness, elongation)
 
     def solve_cases(chosen, cases, reference, *linear):
-        """Tensions in load cases, as `Conductors` asks for them; the mean is not a number without an equilibrium."""
+        """Tensions in load cases, as `Conductors` asks for them; the mean is NaN without an equilibrium."""
         chord_strains, _ = reference
         cables = LinearCables(*linear, condition=None, strain=None, earlier_errors=None, labels=None)
         loaded = loaded_cables(SceneValues(cases), EquivalentCables(cables, chord_strains[chosen], {}))
@@ -91,7 +91,7 @@ def _reference_state(values, stiffness, elongation):
     Returns
     -------
     tension : ndarray, shape (n,)
-        Mean tension, not a number where there is no such cable. [N]
+        Mean tension, NaN where there is no such cable. [N]
     along : ndarray, shape (n, t)
         Tension at t Gauss points along each cable, see `tensions_along`. [N]
     state : (ndarray, dict)

@@ -55,7 +55,7 @@ def _searches(values):
     Returns
     -------
     list of (ndarray, callable, callable)
-        Stated values of the n scenes, shape (n,), not a number where there is none; search for many cables; and search
+        Stated values of the n scenes, shape (n,), NaN where there is none; search for many cables; and search
         for one cable with more effort, which may raise NoSolutionError.
     """
     searches = [(values.given("cable.sag"), initial_length.strains_for_sag, initial_length.no_strain_for_sag)]
@@ -79,7 +79,7 @@ def _search_strain(span, of_state, search, strain, reasons):
     of_state : ndarray of bool, shape (n,)
         True for cables whose stated values are for these loads.
     search : tuple
-        Stated values, shape (n,), not a number where there is none; search for many cables; and search for one cable,
+        Stated values, shape (n,), NaN where there is none; search for many cables; and search for one cable,
         which may raise NoSolutionError (`_searches`).
     strain : ndarray, shape (n,)
         The strains found are written into it. [-]

@@ -302,7 +302,7 @@ class OnGrid(DynamicAnalysis):
         self._weights = OWN | image_weights(self.scene.exposure, self.scene.correction)
 
     def rms(self, names, variance, open_loop):
-        """RMS of some outputs, as `DynamicAnalysis.rms`; the error is not a number."""
+        """RMS of some outputs, as `DynamicAnalysis.rms`; the error is NaN."""
         response = self.response_of(open_loop)
         rows = [row for row, name in enumerate(response.names) if name in names]
         spectrum = response.spectra(self._frequency)[rows].sum(axis=0)

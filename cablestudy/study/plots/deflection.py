@@ -56,7 +56,7 @@ def deflections(case, abscissa, label):
         max(np.abs(values).max() for values in arrays)
         for arrays in ([movement[name] for name in names], [values for values, _ in differences])
     )
-    if not difference <= ROUNDING * largest:  # a cable that hangs folded has no linear movement: not a number
+    if not difference <= ROUNDING * largest:  # a cable that hangs folded has no linear movement: NaN
         painted.append(partial(panel, "Difference of the two", "linear − full\n", differences))
     return [(PANEL_HEIGHT, paint) for paint in painted]
 

@@ -345,7 +345,7 @@ def load_path(path):
 
 
 def _numbers(path, name):
-    """A column of a `LoadPath`, not a number where it has none."""
+    """A column of a `LoadPath`, NaN where it has none."""
     return np.array([np.nan if row.get(name) is None else row[name] for row in path.table.rows])
 
 

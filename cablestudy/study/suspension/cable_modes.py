@@ -65,7 +65,7 @@ class CableModes(Results):
     def frequency(self, name, column):
         """Frequency of one mode of a cable between fixed ends [Hz], and its estimated relative error [-].
 
-        The error is not a number where the scene fixes the number of elements, since these are not refined.
+        The error is NaN where the scene fixes the number of elements, since these are not refined.
 
         Parameters
         ----------

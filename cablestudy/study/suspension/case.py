@@ -124,7 +124,7 @@ class SuspensionCase(SuspensionAtRest, ComparedCase):
         return modes.error + self.group.errors.modes[self.index]
 
     def error_of(self, column, number, error=None):
-        """Estimated relative error of a number in a column; not a number where it is not known. [-]
+        """Estimated relative error of a number in a column; NaN where it is not known. [-]
 
         That by drag is added for loop and wind, whose functions state an `error`; for others it is that of statics.
         With `estimate` it is the difference from the number of the model `finer`.

@@ -76,7 +76,7 @@ class CableResults(Results):
 
     @cached_property
     def utilisation(self):
-        """Largest tension over breaking force of each cable, shape (n, c), not a number without one. [-]"""
+        """Largest tension over breaking force of each cable, shape (n, c), NaN without one. [-]"""
         return utilisation_of(self)
 
     @cached_property
@@ -85,7 +85,7 @@ class CableResults(Results):
         return (self.utilisation > 1).any(axis=-1).tolist()
 
     def over_all(self, name, compute, extreme):
-        """Least, largest or sum over all cables that have a number in a column, not a number without any: list.
+        """Least, largest or sum over all cables that have a number in a column, NaN without any: list.
 
         Parameters
         ----------

@@ -285,7 +285,7 @@ def frequency_column(number):
 def _over_all(name, unit, meaning, values, extreme, key="", of_reference=False):
     """Column of the least, largest or sum, by a ufunc `extreme`, of numbers of all cables that have them.
 
-    `values` is a function of `CableResults` for these numbers, shape (n, c), not a number where a cable has none.
+    `values` is a function of `CableResults` for these numbers, shape (n, c), NaN where a cable has none.
     """
 
     def compute(case):
