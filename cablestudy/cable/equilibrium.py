@@ -1,9 +1,9 @@
 """Equilibrium of a cable of finite elements: Newton's method for one tension vector, from the catenary as the start.
 
 With loads f on its inner nodes, S f being their sum from end 1 on (see `assembly`), the tension vectors at a cable's
-Gauss points are N = c - S f: only the vector c is unknown, and the places of the ends determine it. This c minimises
-the complementary energy, which is strictly convex, so that a c with which end 2 is at its place, and every tension is
-positive, is the only equilibrium.
+Gauss points are N = c - S f: only the vector c is unknown, and the positions of the ends determine it. This c minimises
+the complementary energy, which is strictly convex, so that a c with which end 2 is at its position, and every tension
+is positive, is the only equilibrium.
 """
 
 from copy import copy

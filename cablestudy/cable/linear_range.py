@@ -73,7 +73,7 @@ def linear_range(span, moves):
         where no cable is moved, and where there is no stiffness, or no equilibrium even at `CABLE.least_movement`.
     error : float
         Relative error of the movement: by the width of the last interval of the search, and by rounding of the force
-        and of the places of the ends. [-]
+        and of the positions of the ends. [-]
     """
     moving = np.abs(moves).max(axis=-1) > 0
     if not moving.any():

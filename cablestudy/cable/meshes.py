@@ -32,8 +32,8 @@ def mesh_segments(fractions, elements, order=1, mass="lumped", point_masses=()):
     mass : {"lumped", "consistent", "blended"}
         Mass matrix: diagonal, by exact integration, or the mean of both.
     point_masses : tuple of (float, float)
-        For each point mass its place as a share of the unstretched length, and its mass over that of the cable; it is
-        put on the nearest edge of an element. [-]
+        For each point mass its position as a share of the unstretched length, and its mass over that of the cable; it
+        is put on the nearest edge of an element. [-]
 
     Returns
     -------

@@ -1,7 +1,8 @@
 """Newton's method for the statics of a batch of cables: a convex energy, a guarded step and a record.
 
 The tension vector N that a cable's end conditions determine minimises the complementary energy U*, which is strictly
-convex. With the residual g = -dU*/dN (distance of the computed end 2 from its place) and the flexibility F = d2U*/dN2,
+convex. With the residual g = -dU*/dN (distance of the computed end 2 from its position) and the flexibility F =
+d2U*/dN2,
 
     N <- N + share F^-1 g,
 

@@ -93,7 +93,7 @@ class Span:
         load_forces : ndarray, shape (..., k, 3), optional
             Point loads along x, y, z. [N]
         chord : float or ndarray, shape (...), optional
-            Distance of the ends where it is known to more digits than their places are. [m]
+            Distance of the ends where it is known to more digits than their positions. [m]
         vertical : ndarray, shape (..., 3), optional
             Unit vector against the uniform load, by default z. [-]
 
@@ -238,7 +238,8 @@ class Span:
     def with_chord_strain(self, chord_strain):
         """Copy of the cable with another unstretched length, stated as chord strain: chord/(unstretched length) - 1.
 
-        Point loads stay at their arc lengths; those whose place is stated as a share of the length stay at that share.
+        Point loads stay at their arc lengths; those whose position is stated as a share of the length stay at that
+        share.
 
         Parameters
         ----------

@@ -29,7 +29,7 @@ REASONS = (
     "no convergence in the largest number of steps",
     "no lengths were found for which the cables have what they state",
     "no tensions within the bounds hold the bodies where they shall be",
-    "converged: no step leaves less, and what is left is the rounding of lengths and places",
+    "converged: no step leaves less, and what is left is the rounding of lengths and positions",
     "the forces of the mean wind and the attitude that they lead to do not agree",
 )
 # strains by the loads that softened cables have, in turn (`least_energy_poses`): cables ten times as stiff as before

@@ -1,4 +1,4 @@
-"""Form finding by force densities: the places of free points of a net whose cables have given tensions over lengths.
+"""Form finding by force densities: the positions of free points of a net whose cables have given tensions over lengths.
 
 With q = T/l of each cable, C the branch-node matrix (1 at end 1, -1 at end 2) of the free and C_f that of all other
 ends, the balance of the free points is linear in their coordinates, and independent along x, y and z:
@@ -19,7 +19,7 @@ from cablestudy.statics.tolerances import STATICS
 
 
 def find_form(suspension):
-    """Find the places of the free points (junctions) of a cable net where given force densities are in balance.
+    """Find the positions of the free points (junctions) of a cable net where given force densities are in balance.
 
     The force density q of a cable is its tension over its length. The bodies do not move.
 
@@ -32,7 +32,7 @@ def find_form(suspension):
     Returns
     -------
     SuspendedSystem
-        The same with its junctions at these places.
+        The same with its junctions at these positions.
     tension : ndarray, shape (..., c)
         Force density times length of each of the c cables; NaN for cables without a force density. [N]
 

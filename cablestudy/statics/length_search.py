@@ -31,7 +31,7 @@ GOING_ON = -1  # in place of a reason
 
 @dataclass(frozen=True)
 class TensionProblem:
-    """Problem of finding tensions of the open cables with which bodies are in equilibrium at given places; n cases.
+    """Problem of finding tensions of the open cables with which bodies are in equilibrium at given positions; n cases.
 
     Attributes
     ----------
@@ -130,7 +130,7 @@ class Iterates:
 
 
 def search(problem, least_ratio):
-    """Find lengths of the open cables, those with nothing stated, that hold bodies at given places: `LengthsFound`.
+    """Find lengths of the open cables, those with nothing stated, that hold bodies at given positions: `LengthsFound`.
 
     Parameters
     ----------
@@ -143,7 +143,7 @@ def search(problem, least_ratio):
     -----
     A search converges where the net forces are no more than the rounding of their sums, and the next step would change
     the tensions by no more than rounding. It converges too where steps get no smaller, and the net forces are no more
-    than what rounding of lengths and places makes (`rounding.Bounds`). It has no answer where several steps in a row
+    than what rounding of lengths and positions makes (`rounding.Bounds`). It has no answer where several steps in a row
     find no tensions within the bounds and come no closer to them.
     """
     # `found` is of all cases, `active`, `state` and `iterates` of those still searched for
@@ -246,7 +246,7 @@ class LinearForces:
     over_least, over_most : ndarray, shape (n,)
         Largest net force over its rounding, `least` and `most` of `rounding.Bounds`. [-]
     tension_rounding : ndarray, shape (n,)
-        Largest relative rounding of the tensions of the open cables, by that of lengths and places. [-]
+        Largest relative rounding of the tensions of the open cables, by that of lengths and positions. [-]
     """
 
     net: np.ndarray

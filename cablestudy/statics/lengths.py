@@ -1,4 +1,4 @@
-"""Unstretched lengths with which bodies are at given places: from tensions that balance their loads (`solve`)."""
+"""Unstretched lengths with which bodies are at given positions: from tensions that balance their loads (`solve`)."""
 
 from dataclasses import replace
 
@@ -22,7 +22,7 @@ UNITS = ((1e6, "MN"), (1e3, "kN"), (1.0, "N"))
 
 
 def default_moving(suspension):
-    """Degrees of freedom that come from equilibrium while the others are at the places that the scene gives.
+    """Degrees of freedom that come from equilibrium while the others are at the positions that the scene gives.
 
     Places of junctions, and attitudes of bodies where the lengths are fewer than the equations left.
 
@@ -38,7 +38,7 @@ def default_moving(suspension):
 
 
 def solve(suspension, method="balanced", low=0.0, high=np.inf, reference=0.0, moving=None):
-    """Find unstretched lengths of the open cables with which the bodies are in equilibrium at their given places.
+    """Find unstretched lengths of the open cables with which the bodies are in equilibrium at their given positions.
 
     A cable is open if the scene states neither its length nor a tension or sag; the others keep what is stated. Where
     there are more open cables than equations, `method` chooses among the tensions.
@@ -131,7 +131,7 @@ def at_wanted_tensions(problem, suspension):
     """Equilibrium where all free bodies and points may move, so that they find a balance under any tensions.
 
     The balance does not restrict the tensions of the open cables, those for which nothing is stated. The method
-    `closest` takes the reference tensions, other methods the lower bounds. The places of bodies and points follow.
+    `closest` takes the reference tensions, other methods the lower bounds. The positions of bodies and points follow.
     The results are those of `solve`, with the cases in their own shape, as in `suspension`.
 
     Raises
@@ -171,7 +171,7 @@ def with_stable_attitudes(problem, result):
     """Replace unstable equilibria by stable ones with other attitudes (rotations) of the bodies, where such are found.
 
     With the lengths of an unstable equilibrium, the bodies are let go a little away from it, along its unstable motion.
-    The search for lengths is then repeated with the attitudes in which they come to rest, at their given places.
+    The search for lengths is then repeated with the attitudes in which they come to rest, at their given positions.
 
     Parameters
     ----------
@@ -203,7 +203,7 @@ def with_stable_attitudes(problem, result):
 
 
 def describe_failure(problem, result, case):
-    """Reason, for an error message, why no lengths were found that hold the bodies at their given places in a case.
+    """Reason, for an error message, why no lengths were found that hold the bodies at their given positions in a case.
 
     Either no tensions hold the loads, or only tensions outside the bounds do, or the search did not settle.
     """

@@ -1,12 +1,12 @@
-"""Links: springs and dashpots between two places, without mass.
+"""Links: springs and dashpots between two points, without mass.
 
-With d the distance of the two places, t the unit vector from the first to the second, and l the length at which the
+With d the distance of the two points, t the unit vector from the first to the second, and l the length at which the
 spring carries nothing, the force F along the link (positive in tension; in compression it pushes), its tangent K and
 the damping C of a movement of one end relative to the other are
 
     F = k (d - l),    K = k t t^T + F/d (I - t t^T),    C = c t t^T,
 
-and the energy is k (d - l)^2/2. A link with l = 0 is a mount that resists any movement of one place relative to the
+and the energy is k (d - l)^2/2. A link with l = 0 is a mount that resists any movement of one point relative to the
 other: K = k I and C = c I at any distance, and at none.
 
 A link whose length is not stated (NaN) is mounted in the reference state: there it carries nothing, and is no
@@ -70,7 +70,7 @@ class Links:
 
     @cached_property
     def direction(self):
-        """t, shape (..., l, 3); zero where both places are one."""
+        """t, shape (..., l, 3); zero where the two points coincide."""
         return self.vector / np.maximum(self.distance, STATICS.tiny)[..., None]
 
     @property

@@ -231,7 +231,7 @@ def search_with_heavier_cables(suspension):
 
 
 def start(suspension):
-    """Pose in which a search for the equilibrium begins: bodies at their given places, with estimated cable lengths.
+    """Pose in which a search for the equilibrium begins: bodies at their given positions, with estimated cable lengths.
 
     A cable whose length is stated has this length. Another one has a length for which its tension or sag is about the
     stated value, the bodies at rest.

@@ -32,8 +32,8 @@ class Bounds:
     Attributes
     ----------
     least, most : ndarray
-        Rounding of the sums alone, and rounding of the lengths and places that enter the sums included. Of net forces
-        and moments shape (..., b, 6) [N], [N m]; of relative errors of stated values shape (..., c) [-].
+        Rounding of the sums alone, and rounding of the lengths and positions that enter the sums included. Of net
+        forces and moments shape (..., b, 6) [N], [N m]; of relative errors of stated values shape (..., c) [-].
     """
 
     least: np.ndarray

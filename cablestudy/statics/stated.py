@@ -29,7 +29,7 @@ LEVEL = np.array([1.0, 1.0, 0.0])
 
 @dataclass(frozen=True)
 class Rates:
-    """Derivatives of the end forces and stated values of c cables by unstretched length L and by the place of end 2.
+    """Derivatives of the end forces and stated values of c cables by unstretched length L and by the position of end 2.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ class Rates:
     by_length : ndarray, shape (..., c)
         Derivative of the stated value by dL/L; NaN where nothing is stated. [N] or [m]
     by_end : ndarray, shape (..., c, 3)
-        Derivative of the stated value by the place of end 2, global axes; zero where nothing is stated. [N/m] or [-]
+        Derivative of the stated value by the position of end 2, global axes; zero where nothing is stated. [N/m] or [-]
     """
 
     end_forces: np.ndarray
@@ -85,7 +85,7 @@ def actual_values(cables, quantities):
 
 
 def rates(cables, quantities):
-    """Change of the end forces and of the stated tension or sag of cables, by length L and place of end 2: `Rates`.
+    """Change of the end forces and of the stated tension or sag of cables, by length L and position of end 2: `Rates`.
 
     By the module's docstring; sags, and cables with point loads, have central differences.
 
@@ -279,11 +279,11 @@ def _rates_with_loads(cables, quantities):
 
 
 def _differences(span, function, step):
-    """Derivatives of m quantities of cables, such as the sag, by length and place of end 2, by central differences.
+    """Derivatives of m quantities of cables, such as the sag, by length and position of end 2, by central differences.
 
     `function` returns the quantities, shape (8, ..., m), of the `Catenary` of the cables in 8 variations. `step`, shape
-    (...), is the relative change of the unstretched length L, and the change of the place of end 2 over L. The result,
-    shape (..., m, 4), is per relative change dL/L, and per meter of movement along x, y and z.
+    (...), is the relative change of the unstretched length L, and the change of the position of end 2 over L. The
+    result, shape (..., m, 4), is per relative change dL/L, and per meter of movement along x, y and z.
     """
     vector = span.frame[..., 0, :] * np.asarray(span.chord)[..., None]
     forces = span.in_frame(span.load_forces, "global")

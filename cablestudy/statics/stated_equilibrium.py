@@ -45,7 +45,7 @@ def satisfy_stated(suspension, state, record):
         Where the search ended, with its lengths.
     SearchRecord
         Why the search ended. UNMET: some value is not met. ROUNDED: the errors fall no further, and are within the
-        rounding of lengths and places (`Bounds.most`). Else the reason of the last search for an equilibrium: it
+        rounding of lengths and positions (`Bounds.most`). Else the reason of the last search for an equilibrium: it
         failed, or all values are met to the rounding of sums (`Bounds.least`).
     """
     sought = np.flatnonzero([kind != "unstretched_length" for kind in suspension.stated])

@@ -95,7 +95,7 @@ class SuspendedSystem:
         Of bodies with two free rotations: rotation from which the third one is held, see `rest.with_held_rotations`;
         None where there is no such body.
     load_fractions : ndarray, shape (..., c, k), or None
-        Share of the unstretched length at which a load is whatever that length; NaN where its place is an arc
+        Share of the unstretched length at which a load is whatever that length; NaN where its position is an arc
         length. With it the order of the loads is free. [-]
     """
 

@@ -109,7 +109,7 @@ class StaticsTolerances:
     # what rounding moves by more than this share of the longest cable, or turns by as many radians, is not determined
     # by what is stated: hardly two digits of it would be known
     undetermined: float = 5e-3
-    stayed: float = 1e-9  # movement from the described place, over the longest cable, that is none
+    stayed: float = 1e-9  # movement from the described position, over the longest cable, that is none
     unknown: float = 1e30  # in place of what is not finite
 
 

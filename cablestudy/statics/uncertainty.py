@@ -1,14 +1,14 @@
 """Uncertainty of an equilibrium: displacements and changes of tension due to rounding of forces, lengths and values.
 
-Where rounding alone moves a body far, nothing determines its place, and the equilibrium found is no answer.
+Where rounding alone moves a body far, nothing determines its position, and the equilibrium found is no answer.
 
 With K the stiffness on the free degrees of freedom of cables that keep what they state (a length, or a tension that
-their length follows), g the net forces that the search left, and b changes of them due to rounding, the place is known
-to K^-1 (g + b). The sum of all b is sampled: each has its size and a random sign, and the root mean square of some
-samples is taken.
+their length follows), g the net forces that the search left, and b changes of them due to rounding, the position is
+known to K^-1 (g + b). The sum of all b is sampled: each has its size and a random sign, and the root mean square of
+some samples is taken.
 
 Bodies may be in equilibrium exactly where the description puts them. The cables then are taken as cut to length for
-these places: their uncertainty is that at known lengths, even where the stated tensions balance elsewhere too.
+these positions: their uncertainty is that at known lengths, even where the stated tensions balance elsewhere too.
 """
 
 from dataclasses import dataclass, replace
@@ -62,7 +62,7 @@ class Uncertainty:
         return largest(self.relative).max(axis=-1, initial=0.0) <= STATICS.undetermined
 
     def reason(self, case=()):
-        """Reason why the places in one case are not determined, for a message; an empty string where they are."""
+        """Reason why the positions in one case are not determined, for a message; an empty string where they are."""
         if self.determined[case]:
             return ""
         body, motion = divmod(int(self.relative[case].argmax()), 6)
@@ -91,7 +91,7 @@ def uncertainty_of(equilibrium):
 
 
 def _sampled(equilibrium):
-    """Estimate how far rounding moves an equilibrium: places of bodies, tensions, and forces of links (springs).
+    """Estimate how far rounding moves an equilibrium: positions of bodies, tensions, and forces of links (springs).
 
     Random samples have rounding errors of full size and random sign, which change the net forces on the bodies by b.
     The displacements are K^-1 b, with the stiffness K of cables that keep their stated tensions, sags or lengths. The
@@ -165,7 +165,7 @@ def _displacements(blocks, suspension, forces):
 
 
 def _force_changes(equilibrium, kinds):
-    """Changes of the end forces of all cables by the place of end 2 and by length or stated value.
+    """Changes of the end forces of all cables by the position of end 2 and by length or stated value.
 
     They have the shape (..., c, 2, 3, 4), see `stated.force_changes_at_stated_values`; at fixed length where the length
     is known, as the second result says, shape (..., c): it is stated, or bodies that have not moved show that it is
@@ -185,15 +185,15 @@ def _with_links(equilibrium, stiffness, end_forces, changes, generator):
 
     These are the `stiffness`, force on each end per movement of end 2, shape (..., c, 2, 3, 3) [N/m]; `end_forces`,
     their changes by a relative change of the stated value, (..., c, 2, 3) [N], for links by one of their lengths and
-    places; and `changes`, relative changes of the stated values in each sample of rounding and in the last one, which
-    has what the search has left, (..., c, samples + 1): zero for links. The `generator` draws the signs of the rounding
-    of links.
+    positions; and `changes`, relative changes of the stated values in each sample of rounding and in the last one,
+    which has what the search has left, (..., c, samples + 1): zero for links. The `generator` draws the signs of the
+    rounding of links.
     """
     links, ends = equilibrium.links, equilibrium.ends[..., len(equilibrium.suspension.cable_names) :, :, :]
     least, most = rounding.of_link_forces(ends, links)
     sign = generator.choice([-1.0, 1.0], size=(STATICS.samples + 1, least.shape[-1]))
     sign[-1] = 0.0  # the last sample is that of the residuals
-    # force per relative rounding of lengths and places: stiffness times these
+    # force per relative rounding of lengths and positions: stiffness times these
     force = (most - least)[..., None] * links.direction
     link_stiffness = np.stack([links.end_stiffness, -links.end_stiffness], axis=-3)
     of_links = np.stack([-force, force], axis=-2)
