@@ -16,7 +16,7 @@ with as many modes as nearly coincide. Z is the stiffness of the bodies on cable
 K the static stiffness with the cables, M the mass of the bodies, t the tangent at an end of a cable, T its tension, mu
 its mass per length: K is right where W is low, z where it is high.
 
-The highest modes that a gain could drive follow from the same bound for waves. A wave that runs to and fro along a
+The highest modes that a gain could drive follow from the same bound for waves. A wave that runs back and forth along a
 cable, of modal mass 1, has the force W sqrt(2 z/tau) on both of its ends, tau being its travel time and z that of its
 direction. A wave across a cable of length l stretches it too where it sags: by the tension
 EA (mu g/T) sqrt(2/(mu l)) 2/(W tau).

@@ -289,7 +289,7 @@ class GustResponse:
         """Factor on the error of tensions due to modes, one of `MOTION.tension_safety`.
 
         Behind a law that does more than integrate, the model has static responses to moving bodies, and the one with
-        fewer modes, by which the error is estimated, has not: the change is far larger than the error.
+        fewer modes, by which the error is estimated, does not have them: the change is far larger than the error.
         """
         plant, with_cables, without_cables, with_responses = self.closed_loop.plant, *MOTION.tension_safety
         if not plant.gusts.strips:

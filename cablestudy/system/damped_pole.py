@@ -46,7 +46,7 @@ def poles_near(layout, cables, near, displacements, damping, far):
 
     Notes
     -----
-    At last the real part r of the pole r + i w is taken from the losses, which are accurate however small the damping
+    Finally the real part r of the pole r + i w is taken from the losses, which are accurate however small the damping
     is. With the displacements v of bodies and cables, r = -(w Re v^H C v + v^H Im K v)/(2 w v^H M v + Im v^H C v). No
     digit of a row depends on the others.
     """

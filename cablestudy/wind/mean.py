@@ -8,10 +8,10 @@ centre of pressure is
 in body axes. Of the wind on a cable only the part u_n across its chord counts, and the force per stretched length is
 rho/2 C_d d |u_n| u_n, taken as uniform along the cable. Both forces depend on the attitude of bodies and cables, so
 an equilibrium is sought under fixed forces, the forces are computed again in that equilibrium, and so on until both
-agree. Where that takes many equilibria, or goes to and fro, as for a light body with a large area, the next forces are
-combined from several of those before. The linear model about the equilibrium takes the forces as dead loads, those on
-bodies at their centres of pressure, which turn with the bodies: the change of the forces themselves with the attitude
-of bodies and cables is no part of its stiffness.
+agree. Where that takes many equilibria, or goes back and forth, as for a light body with a large area, the next forces
+are combined from several of those before. The linear model about the equilibrium takes the forces as dead loads, those
+on bodies at their centres of pressure, which turn with the bodies: the change of the forces themselves with the
+attitude of bodies and cables is no part of its stiffness.
 """
 
 from collections import deque
