@@ -233,7 +233,7 @@ def static_frequency_column(name, number):
             raise NoSolutionError(f"{name} has {len(frequencies)} free displacements, not {number}")
         return frequencies[number - 1]
 
-    meaning = "frequency on the static stiffness, with a third of its cables' mass, all else held; K from 1 to 6"
+    meaning = "frequency on the static stiffness, with a third of its cables' mass, other bodies held; K from 1 to 6"
     return Column(f"{name}.frequency_static_{number}", "Hz", meaning, "stiffness", compute)
 
 
