@@ -24,12 +24,17 @@ def scene(*sets):
 
 def columns(one):
     """All that a scene without exposure and mirror has in the wind."""
-    from cablestudy.study.column import lacks
-    from cablestudy.study.suspension.wind_columns import LOOP, displacement_columns, tension_columns, turn_columns
+    from cablestudy.study.column import lacking_key
+    from cablestudy.study.suspension.wind_columns import LOOP, displacement_columns, rotation_columns, tension_columns
 
-    found = [*displacement_columns("gondola"), *displacement_columns("gondola.focus"), *turn_columns("gondola"), *LOOP]
+    found = [
+        *displacement_columns("gondola"),
+        *displacement_columns("gondola.focus"),
+        *rotation_columns("gondola"),
+        *LOOP,
+    ]
     found += [column for name in one.cables for column in tension_columns(name)]
-    return [column for column in found if not lacks(one, column)]
+    return [column for column in found if not lacking_key(one, column)]
 
 
 def direct(closed_loop):
