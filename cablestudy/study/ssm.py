@@ -177,7 +177,8 @@ class Choice:
         static, count = "kept in D" if self.options.residual else "left out too", len(share) - len(self.chosen)
         return (
             f"left out: {counted(count, 'mode')}, which {'carries' if count == 1 else 'carry'} "
-            f"{float(np.delete(share, self.chosen).sum()):.3g} of the inertia between {' and '.join(self.names)}; "
+            f"{float(np.delete(share, self.chosen).sum()):.3g} of the inertia between {' and '.join(self.names)} "
+            f"(no error of a response is stated: more modes show it); "
             f"{'its' if count == 1 else 'their'} static part is {static}"
         )
 
