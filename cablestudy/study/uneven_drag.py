@@ -1,6 +1,6 @@
 """Change of cables in a steady wind due to the drag where they hang, in place of the drag that is uniform along each.
 
-It is the error of all that takes the drag as uniform: `DragErrors`, and the errors of columns (`..._by_drag`).
+Statics have it (`catenary_in_drag`); of motion, which takes the drag as uniform, it is an error: `DragErrors`.
 
 The tension vector at a point is N = N_0 + c - integral of d, with N_0 under the uniform drag, d(s) the drag where the
 cable hangs less the uniform one, and c the constant vector for which the ends stay where they are, or go where they
@@ -255,7 +255,6 @@ class DragErrors:
     """Errors of n equilibria in which the drag of a steady wind is taken as uniform along each cable; global axes."""
 
     error: np.ndarray  # (n,): relative, of tension and form [-]
-    end_forces: np.ndarray  # (n, 2, 3): change of the forces of each cable on its supports by the actual drag [N]
     displacement: np.ndarray  # (n, j, 3): movement of points along each cable by the actual drag [m]
     points: np.ndarray  # (n, j): these points, shares of the unstretched length [-]
     ends: np.ndarray  # (n, 2, 3): movement of the two ends of each cable, zero where they are held [m]
@@ -294,7 +293,7 @@ class DragErrors:
         return self.displacement - (from_end + self.points[..., None] * (to_end - from_end))
 
 
-def uneven_drag_errors(cables, held, ends=None, moved=None):
+def uneven_drag_errors(cables, held, ends, moved):
     """Errors of n equilibria in which the drag of a steady wind is taken as uniform along each cable.
 
     Parameters
@@ -302,9 +301,9 @@ def uneven_drag_errors(cables, held, ends=None, moved=None):
     cables : CablesInDrag
     held : ChangesByDrag
         Their changes with both ends held.
-    ends : ndarray, shape (n, 2, 3), optional
-        Movements of their ends by the actual drag, global axes; by default they are held. [m]
-    moved : ChangesByDrag, optional
+    ends : ndarray, shape (n, 2, 3)
+        Movements of their ends by the actual drag, global axes. [m]
+    moved : ChangesByDrag
         Their changes with these movements.
 
     Returns
@@ -312,24 +311,17 @@ def uneven_drag_errors(cables, held, ends=None, moved=None):
     DragErrors
         `error` is the larger of two ratios with the ends held, times a safety factor (`STUDY.second_order`): change of
         the tension vector to tension, and movement at mid-length to its distance from the chord. What the movement of
-        the ends changes of the tension is added to it. Errors are zero without wind, where no end moves.
+        the ends changes of the tension is added to it.
     """
-    has_wind, changes = cables.drag.normal_drag > 0, held
-    relative = np.where(has_wind, bounded_errors(held.relative), 0.0)
-    if ends is None:
-        ends = np.zeros(held.end_tensions.shape)
-    else:
-        has_wind, changes = np.ones_like(has_wind), moved
-        relative = relative + _tension_change(cables, moved, held)
-    relative = np.where(changes.unsettled <= STUDY.known_drag, relative, STUDY.unknown_error)
-    in_wind = has_wind[:, None, None]
+    relative = np.where(cables.drag.normal_drag > 0, bounded_errors(held.relative), 0.0)
+    relative = relative + _tension_change(cables, moved, held)
+    relative = np.where(moved.unsettled <= STUDY.known_drag, relative, STUDY.unknown_error)
     return DragErrors(
         error=bounded_errors(STUDY.second_order * relative),
-        end_forces=np.where(in_wind, changes.end_tensions * np.array([1.0, -1.0])[:, None], 0.0),
-        displacement=np.where(in_wind, changes.displacement, 0.0),
+        displacement=moved.displacement,
         points=cables.pieces.points,
         ends=ends,
-        tensions=np.where(in_wind, changes.tensions, cables.at_points),
+        tensions=moved.tensions,
         weights=cables.pieces.weights,
     )
 

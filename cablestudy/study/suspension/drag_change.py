@@ -6,7 +6,7 @@ all is in equilibrium again: a light body may move far by a small change of the 
 takes another drag.
 """
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -23,7 +23,6 @@ from cablestudy.study.catenary_in_drag import in_drag
 from cablestudy.study.tolerances import STUDY
 from cablestudy.study.uneven_drag import (
     CablesInDrag,
-    DragErrors,
     Pieces,
     bounded_errors,
     largest_ratio,
@@ -150,21 +149,12 @@ class DragChange:
         Largest `DragErrors.form_error` of any cable. [-]
     stiffness_error : ndarray, shape (n,)
         Largest relative change of the energy of a static displacement, by the tangent stiffness. [-]
-    links : ndarray, shape (n, l)
-        Changes of the forces of links. [N]
-    blocks : (ndarray of int, Blocks) or None
-        Cases with wind on a cable, and the blocks of their tangent stiffness in the actual drag; None without drag.
-    cables : DragErrors or None
-        Of each cable, fields of shape (n, c, ...), its ends moved with the bodies; None without drag.
     """
 
     error: np.ndarray
     displacement: np.ndarray
     form_error: np.ndarray
     stiffness_error: np.ndarray
-    links: np.ndarray
-    blocks: tuple | None = None
-    cables: DragErrors | None = None
 
     @property
     def uncertainty(self):
@@ -184,33 +174,29 @@ def drag_change(equilibrium, drag):
     """
     cases, cables = equilibrium.lengths.shape
     displacement = np.zeros((*equilibrium.position.shape[:2], 6))
-    links = np.zeros((cases, equilibrium.suspension.owner.shape[0] - cables))
-    form_error, stiffness_error = np.zeros((2, cases))
+    error, form_error, stiffness_error = np.zeros((3, cases))
     has_wind = np.zeros((cases, cables), dtype=bool)
     if drag is not None:
         drag_of_cables = drag_on_cables(drag, equilibrium)
         has_wind = (drag_of_cables.normal_drag > 0) & equilibrium.record.converged[:, None]
     if not has_wind.any():
-        return DragChange(np.zeros(cases), displacement, form_error, stiffness_error, links)
+        return DragChange(error, displacement, form_error, stiffness_error)
     rows = np.flatnonzero(has_wind.any(axis=1))  # m cases with wind on a cable
     of_rows = np.repeat(rows, cables), np.tile(np.arange(cables), len(rows))  # all m c cables of these, in one axis
     in_wind, drag, catenary = equilibrium.take(rows), drag.take(rows), equilibrium.catenary.take(of_rows)
-    in_drag = CablesInDrag.of(drag_of_cables.take(of_rows), catenary, drag.stretched)
-    held = settled_changes(in_drag)
-    movement, moved, found = _search(in_wind, drag, in_drag, held)
-    state = _moved_state(in_wind, drag, in_drag, movement, moved)
+    all_cables = CablesInDrag.of(drag_of_cables.take(of_rows), catenary, drag.stretched)
+    held = settled_changes(all_cables)
+    movement, moved, found = _search(in_wind, drag, all_cables, held)
+    state = _moved_state(in_wind, drag, all_cables, movement, moved)
     unknown = np.where(found, 0.0, STUDY.unknown_error)[:, None]
-    of_cables = uneven_drag_errors(in_drag, held, state.ends[:, :cables].reshape(-1, 2, 3), moved)
+    of_cables = uneven_drag_errors(all_cables, held, state.ends[:, :cables].reshape(-1, 2, 3), moved)
     of_cables = _unknown_where_ends_move(of_cables, in_wind.suspension, unknown)
-    errors = _zero_errors(of_cables, (cases, cables))
-    assign_rows(errors, of_rows, of_cables)
+    error[rows] = of_cables.error.reshape(len(rows), cables).max(axis=-1)
     displacement[rows] = movement + unknown[..., None] * in_wind.suspension.free
-    links[rows] = state.of_links + unknown
     form_error[rows] = of_cables.form_error(catenary).reshape(len(rows), cables).max(axis=-1)
     change_of_stiffness = of_cables.stiffness_change(catenary).reshape(len(rows), cables, 3, 3)
     stiffness_error[rows] = STUDY.second_order * stiffness_change(in_wind, state.blocks, change_of_stiffness)
-    stiffness_error, of_blocks = bounded_errors(stiffness_error), (rows, state.blocks)
-    return DragChange(errors.error.max(axis=-1), displacement, form_error, stiffness_error, links, of_blocks, errors)
+    return DragChange(error, displacement, form_error, bounded_errors(stiffness_error))
 
 
 @dataclass(frozen=True)
@@ -287,12 +273,6 @@ def _unknown_where_ends_move(errors, suspension, unknown):
     return replace(errors, error=bounded_errors(errors.error + of_cables), ends=ends)
 
 
-def _zero_errors(errors, shape):
-    """`DragErrors` of cables of a shape (n, c), all zero, with as many points as `errors` have."""
-    arrays = ((field.name, getattr(errors, field.name)) for field in fields(DragErrors))
-    return DragErrors(**{name: np.zeros(shape + array.shape[1:]) for name, array in arrays})
-
-
 @dataclass(frozen=True)
 class MovedState:
     """n suspensions whose bodies have moved, and whose cables hang in the actual drag, out of balance perhaps."""
@@ -301,7 +281,6 @@ class MovedState:
     net: np.ndarray  # (n, d): net force [N] and moment [N m] on the free degrees of freedom
     # (n,): true where what is left out of balance is almost nothing of what the forces change, and cables are settled
     balanced: np.ndarray
-    of_links: np.ndarray  # (n, l): change of the forces of links [N]
     blocks: tangent.Blocks  # tangent stiffness, the drag as a dead load
 
 
@@ -341,8 +320,7 @@ def _moved_state(equilibrium, drag, cables, movement, changes):
     change, largest = (size(vectors).max(axis=(-2, -1)) for vectors in (forces - equilibrium.end_forces, forces))
     balanced = left <= STUDY.settled_drag * np.maximum(change, STUDY.no_drag * largest)
     balanced &= (changes.unsettled.reshape(shape[:2]) <= STUDY.known_drag).all(axis=-1)
-    of_links = links.force - equilibrium.links.force if links else np.zeros((len(net), 0))
-    return MovedState(ends, net, balanced, np.abs(of_links), blocks)
+    return MovedState(ends, net, balanced, blocks)
 
 
 def _with_wind_on_moved_bodies(equilibrium, drag, movement, rotation):
