@@ -310,7 +310,7 @@ def test_forms_in_wind_are_drawn_from_their_chords():
     figure = whole(plots.case_forms(cases))
     *_, axes = figure.axes
     assert axes.get_title(loc="left") == "Seen along the span, true to scale"
-    aside = cases["blown"].equilibrium.position[:, 1]
+    aside = cases["blown"].rest.position[:, 1]
     assert np.abs(aside).min() > 0.05
     segments = axes.collections[0].get_segments()
     assert len(segments) == 5

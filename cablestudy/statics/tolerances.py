@@ -38,9 +38,8 @@ class StaticsTolerances:
     dependent_steps: float = 1e-10
     next_equilibrium_steps: int = 25  # from an equilibrium to the next one
     held_rotation: float = 1e-13  # about an axis about which a body is held, that is none [rad],
-    # searches until there is none, and rotation of a body [rad] up to which they end: each leaves the share tan^2(a/2)
-    # of a rotation a about the other axes, 0.3 here
-    held_searches: int = 40
+    held_searches: int = 40  # searches until there is none,
+    # and rotation of a body [rad] up to which they end: each leaves the share tan^2(a/2) of a rotation a, 0.3 here
     held_turn: float = 1.0
     softened: tuple = (0.3, 0.03, 1e-3, 1e-5, 1e-8)  # strains of cables that a search goes by
     little_weight: float = 1e-6  # weight of a cable over the tensions, which a search goes by

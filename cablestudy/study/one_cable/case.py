@@ -455,6 +455,11 @@ class CableCase(ComparedCase):
         self.results.check(self.index)
         return equilibria_of([self]).take(0)
 
+    @property
+    def rest(self):
+        """`equilibrium`, whose ends are those of the cable where it hangs."""
+        return self.equilibrium
+
     @cached_property
     def analysis(self):
         """The gondola with its winch loop, and in the wind: `DynamicAnalysis`.

@@ -215,7 +215,7 @@ class Drawing:
 
 def drawing_of(case):
     """`Drawing` of a `CableCase` or `SuspensionCase` in equilibrium: one cable as a suspension of a single cable."""
-    scene, equilibrium = kind_of(case.scene).as_suspension(case.scene), case.equilibrium
+    scene, equilibrium = kind_of(case.scene).as_suspension(case.scene), case.rest
     suspension = equilibrium.suspension
     body_count, cable_rows = suspension.bodies, suspension.of_cables
     winches = [equilibrium.ends[suspension.cable_names.index(name), int(winch.end == "to")]
@@ -281,7 +281,7 @@ def _shares(span):
 
 def _curves(case):
     """Points along each cable [m], shape (c, j, 3), and their shares of the unstretched length, shape (c, j)."""
-    ends, form = case.equilibrium.ends[case.equilibrium.suspension.of_cables], case.form
+    ends, form = case.rest.ends[case.rest.suspension.of_cables], case.form
     even, loads = np.linspace(0.0, 1.0, FINE_POINTS if len(ends) <= FEW_CABLES else COARSE_POINTS), _shares(form.span)
     shares = np.sort(np.concatenate([np.broadcast_to(even, (*loads.shape[:-1], len(even))), loads], axis=-1))
     count = len(ends), shares.shape[-1]

@@ -341,7 +341,7 @@ def _tension_change_texts(case):
 
 def _movements(case):
     """Texts on the movements of bodies and free points by lost cables; and names of those that have fallen: lists."""
-    equilibrium, unbroken = case.equilibrium, case.unbroken.equilibrium
+    equilibrium, unbroken = case.rest, case.unbroken.rest
     distance = np.sqrt(((equilibrium.position - unbroken.position) ** 2).sum(axis=-1))
     trace = (equilibrium.rotation * unbroken.rotation).sum(axis=(-1, -2))
     angle = np.degrees(np.arccos(np.clip((trace - 1) / 2, -1.0, 1.0)))

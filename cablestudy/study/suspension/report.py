@@ -297,7 +297,7 @@ def shape_table(case, failures):
     NoSolutionError, ConvergenceError
         There is no stable equilibrium.
     """
-    equilibrium, rows, headers = case.equilibrium, [], ("s_m", "x_m", "y_m", "z_m", "tension_N")
+    equilibrium, rows, headers = case.rest, [], ("s_m", "x_m", "y_m", "z_m", "tension_N")
     for cable, name in enumerate(equilibrium.suspension.cable_names):
         catenary = equilibrium.catenary.take(cable)
         if catenary.slack:
