@@ -67,13 +67,17 @@ def located(found, document):
 def _place_of(path, message, document):
     """Place of a mistake: that of its path, or of another key of the table that it names and that an option sets.
 
-    Of two keys that do not fit each other the one is at fault that was set last.
+    Of two keys that do not fit each other the one is at fault that was set last. What a table lacks was removed by an
+    option, or by one that replaces the table, of cables the one `cable` too.
     """
-    of_key = message.startswith(ABOUT_KEYS)
-    if not (of_key or message.startswith(MISSING) or document.is_override(path)):
-        for word in WORD.findall(message.partition("(")[0]):
-            if document.is_override((*path[:-1], word)):
-                return document.place((*path[:-1], word))
+    of_key, others = message.startswith(ABOUT_KEYS), []
+    words = WORD.findall(message.partition("(")[0])
+    if message.startswith(MISSING):
+        shared = [("cable",)] if path[:1] == ("cables",) and len(path) == 2 else []
+        others = [(*table, word) for table in (path, *shared) for word in words] + shared
+    elif not of_key and not document.is_override(path):
+        others = [(*path[:-1], word) for word in words]
+    path, of_key = next(((other, False) for other in others if document.is_override(other)), (path, of_key))
     return document.place(path, of_key)
 
 
