@@ -70,12 +70,7 @@ def _doubtful_sections(document):
 
     Cables with the same warning because of a size that they share are told once, at the first of them.
     """
-    shared = mapping_at(document.value, ("cable",))
-    tables = {("cable",): (shared, shared)}
-    for name, own in mapping_at(document.value, ("cables",)).items():
-        if isinstance(own, dict) and any(own.get(key) is not None for key in ("material", *SIZES)):
-            tables["cables", name] = own, merge({"cable": shared}, {"cable": own})["cable"]
-    tables = {path: both for path, both in tables.items() if both[1].get("material")}
+    shared, tables = mapping_at(document.value, ("cable",)), _tables_with_material(document)
     known = known_materials(document.value.get("materials")) if tables else {}
     of_shared_size = {}
     for path, (own, table) in tables.items():
@@ -93,6 +88,16 @@ def _doubtful_sections(document):
         others = f", as for {', '.join(name for _, name in paths[1:])}" if paths[1:] else ""
         shared_size = f" (the {key} of the table cable{others}; give it a {key} of its own)"
         yield _warning(document, (*paths[0], "material"), f"{text}{shared_size}")
+
+
+def _tables_with_material(document):
+    """Path of the table of each cable with a material -> the table itself, and with what all cables share: dict."""
+    shared = mapping_at(document.value, ("cable",))
+    tables = {("cable",): (shared, shared)}
+    for name, own in mapping_at(document.value, ("cables",)).items():
+        if isinstance(own, dict) and any(own.get(key) is not None for key in ("material", *SIZES)):
+            tables["cables", name] = own, merge({"cable": shared}, {"cable": own})["cable"]
+    return {path: both for path, both in tables.items() if both[1].get("material")}
 
 
 def _check_resized_rope(name, material, table):
