@@ -240,7 +240,7 @@ class System:
 
         S f is the sum of the forces from end 1 to a Gauss point. c is constant along the cable; k is the stiffness of
         its ends, A the change of the gradient r' per tension vector, w the weight of a Gauss point. (EA times the
-        strain is as much in exact arithmetic, except for an almost inextensible cable only rounding would be left.)
+        strain is the same in exact arithmetic; of an almost inextensible cable only rounding would be left of it.)
 
         Parameters
         ----------

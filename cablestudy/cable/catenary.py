@@ -1,7 +1,7 @@
 """The elastic catenary in closed form (Irvine 1981, section 1.3): statics and end stiffness of a batch of cables.
 
 A cable is divided into segments at its point loads (`segment`). The tension vector at mid-length is the only unknown
-(`equilibrium_residual`); Newton's method finds it (`newton`). With point loads that name represents the mean of the
+(`equilibrium_residual`); Newton's method finds it (`newton`). With point loads that name means the mean of the
 tension vectors at both ends, which without them is the tension vector at mid-length.
 """
 
