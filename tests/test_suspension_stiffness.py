@@ -1,6 +1,7 @@
 """Rotations (`statics/rigid.py`) and the tangent stiffness of suspensions (`statics/tangent.py`)."""
 
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
@@ -150,6 +151,21 @@ def test_a_pitch_of_90_degrees_has_no_roll(pitch):
     angles = rigid.to_angles(matrix)
     assert angles[0] == 0
     np.testing.assert_allclose(rigid.from_angles(angles), matrix, atol=1e-12)
+
+
+@pytest.mark.parametrize("pitch", [-1.2, 0.0, 0.7, np.pi / 2 - 1e-3])
+def test_a_small_rotation_changes_angles_by_no_more_than_their_errors_and_by_these(pitch):
+    """Each angle changes by its error for one of the eight rotations that have the given components."""
+    angles, most = np.array([0.3, pitch, -2.0]), np.array([1e-8, 3e-8, 2e-8])
+    signs = np.array(list(product([-1.0, 1.0], repeat=3)))
+    turned = Rotation.from_rotvec(signs * most) * Rotation.from_euler("xyz", angles)
+    changes = np.abs(turned.as_euler("xyz") - angles).max(axis=0)
+    assert rigid.angle_errors(rigid.from_angles(angles), most) == pytest.approx(changes, rel=1e-4)
+
+
+def test_roll_and_yaw_are_unknown_at_a_pitch_of_90_degrees():
+    errors = rigid.angle_errors(rigid.from_angles(np.array([0.3, np.pi / 2, 0.8])), np.full(3, 1e-9))
+    assert errors.tolist() == pytest.approx([np.pi, 1.4e-9, np.pi], rel=0.1)
 
 
 @pytest.mark.parametrize("angle", [1e-12, 1e-5, 0.3, 3.0])

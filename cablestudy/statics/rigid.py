@@ -72,6 +72,31 @@ def to_angles(rotation):
     return np.stack([roll, pitch, yaw], axis=-1)
 
 
+def angle_errors(rotation, rotation_error):
+    """Errors of roll, pitch and yaw by those of a small rotation of the body, shape (..., 3). [rad]
+
+    Parameters
+    ----------
+    rotation : ndarray, shape (..., 3, 3)
+        Rotation matrix of the body.
+    rotation_error : ndarray, shape (..., 3)
+        Largest components of the small rotation vector about the global axes. [rad]
+
+    Notes
+    -----
+    A small rotation v with the components h = vx cos(yaw) + vy sin(yaw) changes roll by h / cos(pitch), pitch by
+    vy cos(yaw) - vx sin(yaw), and yaw by vz + h tan(pitch): near a pitch of 90 degrees roll and yaw may be anything. No
+    error is larger than pi.
+    """
+    _, pitch, yaw = np.moveaxis(to_angles(rotation), -1, 0)
+    error_x, error_y, error_z = np.moveaxis(rotation_error, -1, 0)
+    cosine, sine, cos_pitch = np.abs(np.cos(yaw)), np.abs(np.sin(yaw)), np.abs(np.cos(pitch))
+    level = error_x * cosine + error_y * sine
+    of_roll = level / cos_pitch  # cos(pitch) of a number is never exactly zero
+    errors = np.stack([of_roll, error_x * sine + error_y * cosine, error_z + level * np.abs(np.tan(pitch))], axis=-1)
+    return np.minimum(errors, np.pi)
+
+
 def turn(vector):
     """Matrix of a finite rotation less the unit matrix, exp([v x]) - I, accurate to rounding however small v is.
 

@@ -16,7 +16,7 @@ from cablestudy.statics import lengths
 from cablestudy.statics.equilibria import pose
 from cablestudy.statics.failure import explain
 from cablestudy.statics.force_density import find_form
-from cablestudy.statics.rigid import to_angles
+from cablestudy.statics.rigid import angle_errors, to_angles
 from cablestudy.study.cable_columns import utilisation_of
 from cablestudy.study.catenary_in_drag import CatenaryInDrag, in_drag
 from cablestudy.study.one_cable.loaded_cables import LoadedCables
@@ -388,12 +388,14 @@ class Group:
 
     def _coordinate(self, body, axis):
         """A coordinate in all cases and its estimated relative error, as of `coordinates`."""
-        by_rounding = self.errors.rounding_movement[:, body, axis]
+        by_rounding = movement = self.errors.rounding_movement[:, body, axis]
         if axis < 3:
             value, least = self.rest.position[:, body, axis], STUDY.rounding * self.equilibrium.longest
         else:
-            value, least = to_angles(self.rest.rotation[:, body])[:, axis - 3], STUDY.rounding * 2 * np.pi
-        zero = np.abs(value) <= np.maximum(by_rounding, least)
+            rotation, least = self.rest.rotation[:, body], STUDY.rounding * 2 * np.pi
+            value = to_angles(rotation)[:, axis - 3]
+            by_rounding = angle_errors(rotation, self.errors.rounding_movement[:, body, 3:])[:, axis - 3]
+        zero = np.abs(value) <= np.maximum(movement, least)
         error = np.where(zero, self.errors.rounding, by_rounding / np.where(zero, 1.0, np.abs(value)))
         return list(zip(np.where(zero, 0.0, value).tolist(), np.maximum(STUDY.rounding, error).tolist(), strict=True))
 
