@@ -12,6 +12,7 @@ import numpy as np
 
 from cablestudy.cable import taut
 from cablestudy.cable.geometry import chord_angles, clearance, load_sag, lowest_point, sag_and_swing
+from cablestudy.study.catenary_in_drag import errors_by_parts
 from cablestudy.study.column import DIAMETER, METAL, MM, STRONG, Column, scaled
 from cablestudy.study.motion_columns import (
     BODY,
@@ -32,7 +33,6 @@ from cablestudy.study.motion_columns import (
     winch_columns,
 )
 from cablestudy.study.tolerances import STUDY
-from cablestudy.study.uneven_drag import relative_change
 from cablestudy.wind.drag import shedding_frequencies
 
 # keys that columns need, as `Column.key`
@@ -92,9 +92,7 @@ def _deflections(case):
     by_rounding, by_drag = rounding(case, full) / abs(full) if full else 0.0, np.zeros(2)
     if case.coarser is not None:
         coarser = _of_most_moved(load_deflections(case.coarser))
-        by_drag = relative_change(
-            np.abs(deflections - coarser) + case.form.unsettled * np.abs(deflections), deflections
-        )
+        by_drag = errors_by_parts(deflections, coarser, case.form.unsettled)
     error, linear_error = np.maximum(max(STUDY.rounding, case.statics_error), by_drag).tolist()
     return (full, error + by_rounding), (linear, linear_error)
 

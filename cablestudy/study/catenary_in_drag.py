@@ -8,7 +8,7 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from cablestudy.cable.catenary import Catenary
+from cablestudy.cable.catenary import Catenary, solve
 from cablestudy.cable.geometry import midspan, sag_and_swing
 from cablestudy.cable.records import take_rows, with_arrays
 from cablestudy.cable.segment import SegmentedCable, inverse_symmetric
@@ -306,6 +306,34 @@ def in_drag(drag, catenary, parts):
     unsettled = np.where(in_wind, np.where(known, changes.unsettled, STUDY.unknown_error), 0.0)
     form = CatenaryInDrag(None, cables.pieces, *in_chord_frame, unsettled)
     return replace(with_arrays(form, lambda array: array.reshape(*shape, *array.shape[1:])), catenary=catenary)
+
+
+def errors_by_parts(numbers, coarser, unsettled):
+    """Relative errors of numbers by the parts on which drag is a polynomial, shape (...). [-]
+
+    Parameters
+    ----------
+    numbers, coarser : ndarray or float
+        Of cables whose drag varies on so many parts, and on half as many.
+    unsettled : ndarray or float
+        Of their `CatenaryInDrag`.
+
+    Notes
+    -----
+    With the change |numbers - coarser|, and the share of the number that is `unsettled`, it is change/(|number| -
+    change), since the true value may be smaller than the number by the change; `unknown_error` where it may be zero.
+    """
+    change = STUDY.second_order * (np.abs(numbers - coarser) + unsettled * np.abs(numbers))
+    least = np.abs(numbers) - change
+    return bounded_errors(np.divide(change, least, out=np.where(change > 0, np.inf, 0.0), where=least > 0))
+
+
+def form_of_one(span, drag, parts):
+    """One cable by its `Span`: `Catenary`, or `CatenaryInDrag` with a `SteadyDrag` of shape (1,), not None."""
+    if drag is None:
+        return solve(span)
+    batch_of_one = with_arrays(span, lambda array: np.asarray(array)[None])
+    return in_drag(drag, solve(batch_of_one), parts).take(0)
 
 
 def _in_chord_frame(frame, vectors):

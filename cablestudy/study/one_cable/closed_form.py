@@ -13,7 +13,6 @@ from cablestudy.study.one_cable.models import element_results
 from cablestudy.study.one_cable.results import Results
 from cablestudy.study.table_rows import OK, OVER_STRENGTH, TableColumns, status_of
 from cablestudy.study.tolerances import STUDY
-from cablestudy.study.uneven_drag import relative_change
 
 
 class ColumnRequirements(TableColumns):
@@ -242,8 +241,8 @@ def _error(column, results, required, numbers):
     * if that is not zero: rounding of the equilibrium; and the error as a conductor is taken as linear;
     * columns with `determined_by` "sag": rounding of the sag;
     * the column `force_displacement`: error of the displacement of end 2 by the force on it;
-    * in a steady wind: change of its own number by the parts on which the drag varies (`Results.change_by_coarser`),
-      but of columns of the state without load case (`Column.of_reference`).
+    * in a steady wind: change of its own number by the parts on which the drag varies (`Results.errors_by_drag`), but
+      of columns of the state without load case (`Column.of_reference`).
 
     Parameters
     ----------
@@ -266,7 +265,7 @@ def _error(column, results, required, numbers):
     if column.name == "force_displacement":
         error = np.maximum(error, results.pushed[1])
     if numbers is not None and not column.of_reference and results.in_steady_wind:
-        error = np.maximum(error, relative_change(results.change_by_coarser(column, numbers), numbers))
+        error = np.maximum(error, results.errors_by_drag(column, numbers))
     return error
 
 

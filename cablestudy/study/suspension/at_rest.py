@@ -9,13 +9,13 @@ from cablestudy.cable.linear_range import linear_range
 from cablestudy.errors import NoSolutionError
 from cablestudy.statics.rigid import point_movement
 from cablestudy.statics.suspension import GROUND
+from cablestudy.study.catenary_in_drag import errors_by_parts
 from cablestudy.study.column import number_of
 from cablestudy.study.scene_values import merged_loads
 from cablestudy.study.statics import ClosedStatics
 from cablestudy.study.suspension.group import Group, HangingCable
 from cablestudy.study.suspension.numbers import CableValues, SingleCable
 from cablestudy.study.tolerances import STUDY
-from cablestudy.study.uneven_drag import relative_change
 
 
 class SuspensionAtRest:
@@ -267,8 +267,8 @@ class SuspensionAtRest:
         """Relative error of a number of the statics by the parts on which the drag of a steady wind varies. [-]"""
         if self.coarser is None or column.of_reference or not isinstance(number, float) or not isfinite(number):
             return 0.0
-        change = abs(number - number_of(column, self.coarser))
-        return float(relative_change(change + self.group.unsettled(self.index, cable) * abs(number), number))
+        unsettled = self.group.unsettled(self.index, cable)
+        return float(errors_by_parts(number, number_of(column, self.coarser), unsettled))
 
     def check(self, column):
         """Raise the NoSolutionError of a column of a cable that the load case lacks."""

@@ -8,8 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from cablestudy.cable.catenary import Catenary, solve
-from cablestudy.cable.records import with_arrays
+from cablestudy.cable.catenary import Catenary
 from cablestudy.errors import ConvergenceError, NoSolutionError, result_of
 from cablestudy.motion.airflow import drag_of
 from cablestudy.statics import lengths
@@ -18,7 +17,7 @@ from cablestudy.statics.failure import explain
 from cablestudy.statics.force_density import find_form
 from cablestudy.statics.rigid import to_angles
 from cablestudy.study.cable_columns import utilisation_of
-from cablestudy.study.catenary_in_drag import CatenaryInDrag, in_drag
+from cablestudy.study.catenary_in_drag import CatenaryInDrag, form_of_one
 from cablestudy.study.one_cable.loaded_cables import LoadedCables
 from cablestudy.study.one_cable.results import Results
 from cablestudy.study.suspension.conductors import conductors_of
@@ -269,10 +268,8 @@ class Group:
 
     def form_of(self, span, index, cable):
         """A cable of a case by its `Span` with other loads than its own: `Catenary` or `CatenaryInDrag`."""
-        if not self.in_steady_wind:
-            return solve(span)
-        batch_of_one = with_arrays(span, lambda array: np.asarray(array)[None])
-        return in_drag(self._steady_drag.take(([index], [cable])), solve(batch_of_one), self._drag_parts).take(0)
+        drag = self._steady_drag
+        return form_of_one(span, drag and drag.take(([index], [cable])), self._drag_parts)
 
     def unsettled(self, index, cable=None):
         """Share of the changes by drag that may be left: of a cable of a case, or the largest of all of them. [-]"""
