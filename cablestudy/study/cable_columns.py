@@ -92,7 +92,7 @@ def _deflections(case):
     by_rounding, by_drag = rounding(case, full) / abs(full) if full else 0.0, np.zeros(2)
     if case.coarser is not None:
         coarser = _of_most_moved(load_deflections(case.coarser))
-        by_drag = errors_by_parts(deflections, coarser, case.form.unsettled)
+        by_drag = errors_by_parts(deflections, coarser, case.form.least_errors)
     error, linear_error = np.maximum(max(STUDY.rounding, case.statics_error), by_drag).tolist()
     return (full, error + by_rounding), (linear, linear_error)
 

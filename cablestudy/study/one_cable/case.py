@@ -138,7 +138,7 @@ class CableCase(ComparedCase):
         error = max(column.least_error, self.statics_error)
         if self.coarser is None:
             return error
-        return max(error, float(errors_by_parts(number, number_of(column, self.coarser), self.form.unsettled)))
+        return max(error, float(errors_by_parts(number, number_of(column, self.coarser), self.form.least_errors)))
 
     @cached_property
     def coarser(self):

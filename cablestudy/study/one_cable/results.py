@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.cable.catenary import solve
+from cablestudy.cable.geometry import reach_beyond_ends
 from cablestudy.cable.meshes import edges_of_pieces
 from cablestudy.cable.newton import UNDETERMINED
 from cablestudy.cable.span import CORES
@@ -81,7 +82,7 @@ class Results:
         coarser = Results(self.values, self._drag_parts // 2)
         coarser.equivalent_cables = self.equivalent_cables
         if self.loaded.at is None:
-            coarser.loaded, coarser.catenary = self.loaded, self.catenary
+            coarser.loaded, coarser.catenary, coarser.form = self.loaded, self.catenary, self.form.coarser
         return coarser
 
     @cached_property
@@ -138,6 +139,12 @@ class Results:
     def middle(self):
         """Arc length at mid-span over unstretched length, shape (n,). [-]"""
         return self.form.middle
+
+    @cached_property
+    def reach_beyond_ends(self):
+        """Distances by which loads or wind push cables beyond their ends, `geometry.reach_beyond_ends`, (n,). [m]"""
+        pushed = (self.span.vertical[..., 2] != 1) | (self.span.load_positions.shape[-1] > 0)
+        return np.where(pushed, reach_beyond_ends(self.form), 0.0) if pushed.any() else np.zeros(pushed.shape)
 
     @property
     def end_1(self):
@@ -292,7 +299,8 @@ class Results:
 
     def errors_by_drag(self, column, numbers):
         """Relative errors of the numbers of a column by the drag of a steady wind, shape (n,): `errors_by_parts`."""
-        return errors_by_parts(numbers, np.asarray(column.compute(self.coarser)), self.form.unsettled)
+        least = 0.0 if column.needs == "scene" else self.form.least_errors
+        return errors_by_parts(numbers, np.asarray(column.compute(self.coarser)), least)
 
     @cached_property
     def mode_error(self):

@@ -267,8 +267,8 @@ class SuspensionAtRest:
         """Relative error of a number of the statics by the parts on which the drag of a steady wind varies. [-]"""
         if self.coarser is None or column.of_reference or not isinstance(number, float) or not isfinite(number):
             return 0.0
-        unsettled = self.group.unsettled(self.index, cable)
-        return float(errors_by_parts(number, number_of(column, self.coarser), unsettled))
+        least = self.group.least_error_by_drag(self.index, cable)
+        return float(errors_by_parts(number, number_of(column, self.coarser), least))
 
     def check(self, column):
         """Raise the NoSolutionError of a column of a cable that the load case lacks."""

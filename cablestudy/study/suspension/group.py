@@ -271,10 +271,10 @@ class Group:
         drag = self._steady_drag
         return form_of_one(span, drag and drag.take(([index], [cable])), self._drag_parts)
 
-    def unsettled(self, index, cable=None):
-        """Share of the changes by drag that may be left: of a cable of a case, or the largest of all of them. [-]"""
-        of_case = self.rest.catenary.unsettled[index]
-        return float(of_case.max(initial=0.0) if cable is None else of_case[cable])
+    def least_error_by_drag(self, index, cable=None):
+        """`least_errors` of a cable of a case; of other numbers the largest share that its search leaves. [-]"""
+        form = self.rest.catenary
+        return float(form.unsettled[index].max(initial=0.0) if cable is None else form.least_errors[index, cable])
 
     @property
     def without_wind(self):
