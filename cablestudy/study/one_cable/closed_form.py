@@ -6,7 +6,7 @@ from math import isnan
 import numpy as np
 
 from cablestudy.study.cable_columns import is_of_one_cable, over_strength
-from cablestudy.study.column import CLOSED, not_finite_error, shapeless_error
+from cablestudy.study.column import CLOSED, not_finite_error, of_part, shapeless_error
 from cablestudy.study.motion_columns import DAMPING_RATIO
 from cablestudy.study.one_cable.asked_modes import AskedModes
 from cablestudy.study.one_cable.models import element_results
@@ -238,7 +238,8 @@ def _error(column, results, required, numbers):
     It is the largest of the errors that apply to the column:
 
     * all columns: `Column.least_error` by rounding, zero if a number follows from the scene without an equilibrium;
-    * if that is not zero: rounding of the equilibrium; and the error as a conductor is taken as linear;
+    * if that is not zero: rounding of the equilibrium; and the error as a conductor is taken as linear; more of a
+      number in which larger ones cancel (`Column.whole`);
     * columns with `determined_by` "sag": rounding of the sag;
     * the column `force_displacement`: error of the displacement of end 2 by the force on it;
     * in a steady wind: change of its own number by the parts on which the drag varies (`Results.errors_by_drag`), but
@@ -260,6 +261,8 @@ def _error(column, results, required, numbers):
         return error
     if column.least_error:
         error = np.maximum(error, np.maximum(results.statics_rounding, results.model_error))
+    if column.whole is not None:
+        error = of_part(error, column.whole(results), numbers)
     if column.determined_by == "sag":
         error = np.maximum(error, results.sag_rounding)
     if column.name == "force_displacement":

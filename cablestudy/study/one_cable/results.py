@@ -15,7 +15,7 @@ from cablestudy.cable.tolerances import CABLE
 from cablestudy.cable.vectors import row_keys
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.catenary_in_drag import errors_by_parts, form_of_one, in_drag
-from cablestudy.study.column import LIMP
+from cablestudy.study.column import LIMP, of_part
 from cablestudy.study.conductors import uneven_errors
 from cablestudy.study.load_cases import holding_force, wind_direction
 from cablestudy.study.one_cable.conductors import equivalent_cables
@@ -300,6 +300,8 @@ class Results:
     def errors_by_drag(self, column, numbers):
         """Relative errors of the numbers of a column by the drag of a steady wind, shape (n,): `errors_by_parts`."""
         least = 0.0 if column.needs == "scene" else self.form.least_errors
+        if column.whole is not None:
+            least = of_part(least, column.whole(self), numbers)
         return errors_by_parts(numbers, np.asarray(column.compute(self.coarser)), least)
 
     @cached_property

@@ -10,7 +10,7 @@ from cablestudy.errors import NoSolutionError
 from cablestudy.statics.rigid import point_movement
 from cablestudy.statics.suspension import GROUND
 from cablestudy.study.catenary_in_drag import errors_by_parts
-from cablestudy.study.column import number_of
+from cablestudy.study.column import number_of, of_part
 from cablestudy.study.scene_values import merged_loads
 from cablestudy.study.statics import ClosedStatics
 from cablestudy.study.suspension.group import Group, HangingCable
@@ -261,7 +261,11 @@ class SuspensionAtRest:
         cable = self.cable(part) if part in self.scene.cables else None
         if column.needs == "scene" and (quantity != "chord" or cable is None or self._ends_held(cable)):
             return 0.0
-        return max(self.group.errors.statics[self.index], self.error_by_drag(column, number, cable))
+        error = self.group.errors.statics[self.index]
+        if cable is not None and column.whole is not None and number is not None:
+            whole = self.group.cables.column(f"whole of {quantity}", column.whole)
+            error = of_part(error, whole[self.index, cable], number)
+        return max(float(error), self.error_by_drag(column, number, cable))
 
     def error_by_drag(self, column, number, cable=None):
         """Relative error of a number of the statics by the parts on which the drag of a steady wind varies. [-]"""
