@@ -29,6 +29,9 @@ class StudyTolerances:
     # of its tension, relative: the tangent cable has an error of the order of its square
     conductor_tension: float = 1e-8
     conductor_points: int = 9  # along a cable, at which its tension differs from the mean one
+    # safety factor on movements of bodies by that, which are found to first order: 1.4 times as much was seen where
+    # permanent sets that vary along a cable meet the knee of its curve
+    conductor_movement: float = 2.0
     spectral_order: int = 16  # of one element between neighbouring loads, where the cable is smooth
     dust: float = 1e-15  # of a coordinate over the longest chord: what rounding leaves of zero
     # size of a number that a limit may have, in the unit of its column: a margin is relative to it

@@ -391,7 +391,8 @@ class Group:
         else:
             value, least = to_angles(self.rest.rotation[:, body])[:, axis - 3], STUDY.rounding * 2 * np.pi
         zero = np.abs(value) <= np.maximum(by_rounding, least)
-        error = np.where(zero, self.errors.rounding, by_rounding / np.where(zero, 1.0, np.abs(value)))
+        uncertainty = by_rounding + self.errors.conductor_movement[:, body, axis]
+        error = np.where(zero, self.errors.rounding, uncertainty / np.where(zero, 1.0, np.abs(value)))
         return list(zip(np.where(zero, 0.0, value).tolist(), np.maximum(STUDY.rounding, error).tolist(), strict=True))
 
     @cached_property
