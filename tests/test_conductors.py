@@ -558,3 +558,36 @@ def test_stated_errors_count_what_length_and_permanent_sets_lack(span):
             numbers = truth.rest(truth.length, ice, sets)[0]
             shares += [abs(row.values[name] / numbers[name] - 1) / row.errors[name] for name in columns]
         assert 0.05 < max(shares) < 1, (state, shares)
+
+
+def test_places_count_what_linear_conductors_lack():
+    """Two spans over a clamp on a roller, which moves to where both pull alike."""
+    spans, new = [Uneven(300.0, 40.0, 26e3), Uneven(450.0, -60.0, 27e3)], (-np.inf, -np.inf)
+
+    def rolled(sets, curve=0):
+        """Movement of the clamp, and strains of both spans."""
+
+        def at(moved):
+            spans[0].end, spans[1].end = (300.0 + moved, 40.0), (450.0 - moved, -60.0)
+            return [span.rest(span.length, 0, of_span, curve) for span, of_span in zip(spans, sets, strict=True)]
+
+        def pull(moved):
+            one, two = at(moved)
+            return two[0]["horizontal_tension"] - one[0]["horizontal_tension"]
+
+        moved = brentq(pull, -0.2, 0.2, xtol=1e-12)
+        return moved, [strain for _, strain in at(moved)]
+
+    by_creep = [span.sets(strain, 1) for span, strain in zip(spans, rolled([new, new], 1)[1], strict=True)]
+    lengths = [f"unstretched_length: {span.length!r}" for span in spans]
+    section = f"""{UNEVEN.partition("gravity")[0]}
+gravity: 9.81
+bodies: {{clamp: {{at: [300, 0, 40], mass: 8, free: [x], attachments: {{eye: [0, 0, 0]}}}}}}
+cables:
+  one: {{from: [0, 0, 0], to: clamp.eye, {lengths[0]}}}
+  two: {{from: clamp.eye, to: [750, 0, -20], {lengths[1]}}}
+"""
+    for state, sets in (("initial", [new, new]), ("after_creep", by_creep)):
+        row = solve(scene_of(section, f"cable.state={state}"), "clamp.x")
+        wrong = abs(row.values["clamp.x"] - 300.0 - rolled(sets)[0])
+        assert 0.02 < wrong / (row.errors["clamp.x"] * 300) < 1, state

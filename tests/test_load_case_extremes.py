@@ -10,7 +10,9 @@ import re
 import pytest
 from campaign import campaign
 from command import CONFIGS
+from mpmath import mp
 from random_load_cases import scene_data, truth
+from solved import solve
 
 from cablestudy.scene.scene import CableScene
 from cablestudy.scene.study import read_study
@@ -131,3 +133,18 @@ def test_elements_in_drag_that_varies_along_them_are_that_cable(rows):
         fine = evaluate(scene.model_copy(update={"model": model}), columns).cells
         assert closed["preload_N"] == pytest.approx(fine["preload_N"], rel=closed["error_estimate"] + 1e-9)
         assert closed["error_estimate"] < 1e-6
+
+
+def test_the_rounding_of_a_force_is_more_of_a_part_of_it():
+    """A cable that leaves end 1 almost level: the vertical part is what is left of 1,200 N."""
+    cable = {
+        "chord": 100.0, "inclination": 0.2, "axial_stiffness": 1e6, "mass_per_length": 0.5, "diameter": 0.01,
+        "expansion": 1e-5, "loads": [], "unstretched_length": 100.51793167530559,
+    }  # fmt: skip
+    data = {"cable": cable, "cases": {"day": {}}, "case": "day"}
+    expected, row = truth(data), solve(data, "reaction_1_vertical", "reaction_1_horizontal", "angle_1")
+    level, vertical = expected["reaction_1_horizontal"], expected["reaction_1_vertical"]
+    expected["angle_1"] = mp.degrees(mp.atan2(vertical, level))
+    for name, value in row.values.items():
+        assert abs(value - expected[name]) <= row.errors[name] * abs(expected[name]), name
+    assert row.errors["reaction_1_horizontal"] < 2e-12

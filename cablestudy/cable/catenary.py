@@ -104,7 +104,7 @@ class Catenary(SegmentedCable):
             return np.zeros(weightless.shape[:-1], dtype=bool)
         return (~self.mid_forces.any(axis=-1) & weightless).any(axis=-1)
 
-    @property
+    @cached_property
     def mean_tension(self):
         """Mean over the unstretched length, shape (...). [N]"""
         vertical, horizontal = self._vertical_and_horizontal
@@ -128,7 +128,7 @@ class Catenary(SegmentedCable):
         far = 1e30  # a segment without weight is straight
         return middle + fraction * (np.clip(real, -far, far) + 1j * np.minimum(imaginary, far))
 
-    @property
+    @cached_property
     def horizontal_tension(self):
         """Mean horizontal tension, constant where no load acts horizontally, shape (...). [N]"""
         mean = (self._vertical_and_horizontal[1] * self.segments.fraction).sum(axis=-1)

@@ -27,42 +27,29 @@ def points_along(cable, positions):
         [m]
     """
     span = cable.span
-    local = np.array(cable.at(positions)[0])
+    local = np.array(cable.displacement_at(positions))
     local[..., 0] += (1 + np.asarray(span.chord_strain))[..., None] * positions
     return span.in_frame(local * np.asarray(span.unstretched_length)[..., None, None], "global")
 
 
 def lowest_point(cable):
     """Height of the lowest point of a cable above end 1, an end where that is lower, shape (...). [m]"""
-    return points_along(cable, _extreme_candidates(cable, np.array([0.0, 0.0, 1.0])))[..., 2].min(axis=-1)
+    return points_along(cable, cable.extremes(np.array([0.0, 0.0, 1.0])))[..., 2].min(axis=-1)
 
 
 def reach_beyond_ends(cable):
-    """Horizontal distance by which one cable reaches beyond its ends, along its run; 0 for a vertical chord. [m]
+    """Horizontal distance by which cables reach beyond their ends, along their run; 0 of a vertical chord, (...). [m]
 
     Loads or a wind that push a steep cable aside may take all of it there. No point of it is then halfway between its
     ends but near one of them, and distances from its chord are those from the chord's line.
     """
-    run = cable.span.frame[0, :2] * float(cable.span.chord)
-    length = float(np.hypot(*run))
-    if length <= CABLE.distance_rounding * float(cable.span.chord):
-        return 0.0
-    normal = np.array([*run / length, 0.0])
-    along = points_along(cable, _extreme_candidates(cable, normal)) @ normal
-    return max(0.0, float(along.max()) - length, -float(along.min()))
-
-
-def _extreme_candidates(cable, normal):
-    """Arc lengths at which a cable may be farthest along a normal: edges of segments, and zeros of T . normal on them.
-
-    Shape (..., 2 k + 1), shares of the unstretched length.
-    """
-    span, edges = cable.span, cable.edges
-    at_middle = (span.in_frame(cable.mid_forces, "global") * normal).sum(axis=-1)
-    change = cable.change_along(normal)
-    zero = 0.5 - np.divide(at_middle, change, out=np.zeros_like(at_middle), where=change != 0)
-    inner = edges[..., :-1] + np.clip(zero, 0.0, 1.0) * np.diff(edges, axis=-1)
-    return np.concatenate([np.broadcast_to(edges, (*inner.shape[:-1], edges.shape[-1])), inner], axis=-1)
+    run = cable.span.frame[..., 0, :] * np.array([1.0, 1.0, 0.0])
+    level = np.hypot(run[..., 0], run[..., 1])
+    upright, length = level <= CABLE.distance_rounding, level * cable.span.chord
+    normal = run / np.where(upright, 1.0, level)[..., None]
+    along = (points_along(cable, cable.extremes(normal)) * normal[..., None, :]).sum(axis=-1)
+    beyond = np.maximum(0.0, np.maximum(along.max(axis=-1) - length, -along.min(axis=-1)))
+    return np.where(upright, 0.0, beyond)
 
 
 def midspan(cable):
@@ -247,7 +234,7 @@ def clearance(cable, end_1, ground):
     x, z = np.array(ground, dtype=float).T
     # the distance is least above a corner of the ground, or where the cable is parallel to it, or ends
     slopes = np.diff(z) / np.diff(x)
-    candidates = [_extreme_candidates(cable, np.array([-slope, 0.0, 1.0])) for slope in slopes]
+    candidates = [cable.extremes(np.array(normal)) for normal in ((1.0, 0.0, 0.0), *((-s, 0.0, 1.0) for s in slopes))]
     summits = np.concatenate([[True], np.diff(slopes) < 0, [True]])  # above another corner the distance has no minimum
     candidates.append(_crossings(cable, x[summits] - end_1[0]))
     points = points_along(cable, np.concatenate(candidates)) + np.asarray(end_1)

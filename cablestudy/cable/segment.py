@@ -278,6 +278,23 @@ class SegmentedCable:
         """Change of the part of the tension vector along a normal, global axes, over each segment, (..., k). [N]"""
         return self.segment_weights * (self.span.vertical * normal).sum(axis=-1)[..., None]
 
+    def displacement_at(self, position):
+        """Displacement from the chord at positions along the cable, as of `Catenary.at`, shape (..., j, 3). [-]"""
+        return self.at(position)[0]
+
+    def extremes(self, normal):
+        """Arc lengths at which cables may be farthest along a normal, global axes: edges, and zeros of T . normal.
+
+        The normal has the shape (3,) or (..., 3), the result (..., 2 k + 1): shares of the unstretched length. The
+        tension vector T is linear along each segment.
+        """
+        edges = self.edges
+        at_middle = (self.span.in_frame(self.mid_forces, "global") * normal[..., None, :]).sum(axis=-1)
+        change = self.change_along(normal)
+        zero = 0.5 - np.divide(at_middle, change, out=np.zeros_like(at_middle), where=change != 0)
+        inner = edges[..., :-1] + np.clip(zero, 0.0, 1.0) * np.diff(edges, axis=-1)
+        return np.concatenate([np.broadcast_to(edges, (*inner.shape[:-1], edges.shape[-1])), inner], axis=-1)
+
     @property
     def edge_forces(self):
         """Tension vectors at both ends of each segment, global axes, shape (..., k, 2, 3). [N]"""

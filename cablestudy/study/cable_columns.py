@@ -12,6 +12,7 @@ import numpy as np
 
 from cablestudy.cable import taut
 from cablestudy.cable.geometry import chord_angles, clearance, load_sag, lowest_point, sag_and_swing
+from cablestudy.study.catenary_in_drag import errors_by_parts
 from cablestudy.study.column import DIAMETER, METAL, MM, STRONG, Column, scaled
 from cablestudy.study.motion_columns import (
     BODY,
@@ -32,7 +33,6 @@ from cablestudy.study.motion_columns import (
     winch_columns,
 )
 from cablestudy.study.tolerances import STUDY
-from cablestudy.study.uneven_drag import relative_change
 from cablestudy.wind.drag import shedding_frequencies
 
 # keys that columns need, as `Column.key`
@@ -92,9 +92,7 @@ def _deflections(case):
     by_rounding, by_drag = rounding(case, full) / abs(full) if full else 0.0, np.zeros(2)
     if case.coarser is not None:
         coarser = _of_most_moved(load_deflections(case.coarser))
-        by_drag = relative_change(
-            np.abs(deflections - coarser) + case.form.unsettled * np.abs(deflections), deflections
-        )
+        by_drag = errors_by_parts(deflections, coarser, case.form.least_errors)
     error, linear_error = np.maximum(max(STUDY.rounding, case.statics_error), by_drag).tolist()
     return (full, error + by_rounding), (linear, linear_error)
 
@@ -143,6 +141,27 @@ def _horizontal_reaction(results, end):
     return np.where(_horizontal(force) > STUDY.upright * np.abs(force[..., 2]), _horizontal(force), 0.0)
 
 
+def _force_terms(results, end):
+    """Sizes of the terms that add up to `_end_force`, from the chord and across it. [N]"""
+    in_chord_frame = np.abs(results.form.end_forces()[..., end - 1, :])
+    return (in_chord_frame[..., None] * np.abs(results.span.frame)).sum(axis=-2)
+
+
+def _angle_terms(results, end):
+    """Sizes of the terms that add up to the angle of the cable at an end. [deg]"""
+    force, terms = _end_force(results, end), _force_terms(results, end)
+    level, vertical = _horizontal(force), np.abs(force[..., 2])
+    square = np.maximum((force**2).sum(axis=-1), STUDY.tiny)
+    return np.degrees((level * terms[..., 2] + vertical * _horizontal(terms)) / square)
+
+
+def _coupling_terms(results):
+    """Sizes of the terms that add up to the stiffness along x by a movement along z. [N/m]"""
+    along_x, along_z = np.abs(results.span.frame[..., 0]), np.abs(results.span.frame[..., 2])
+    stiffness = np.abs(results.form.end_stiffness)
+    return sum(along_x[..., i] * stiffness[..., i, j] * along_z[..., j] for i in range(3) for j in range(3))
+
+
 def _coupling_stiffness(results):
     """Force along x by a movement along z, 0 where it is rounding of the stiffness along both. [N/m]"""
     direct = np.sqrt(np.abs(results.end_stiffness_along(0) * results.end_stiffness_along(2)))
@@ -166,14 +185,16 @@ def _support_columns():
         yield Column(f"tension_{end}", "N", f"tension at end {end}", "statics", partial(_tension, end=end))
     for end in (1, 2):
         yield Column(f"reaction_{end}_horizontal", "N", f"horizontal part of the force of the support at end {end}",
-                     "statics", partial(_horizontal_reaction, end=end))  # fmt: skip
+                     "statics", partial(_horizontal_reaction, end=end),
+                     whole=lambda r, end=end: _horizontal(_force_terms(r, end)))  # fmt: skip
         yield Column(f"reaction_{end}_vertical", "N", f"vertical part of the force of the support at end {end}, "
                      "upwards: negative where it holds the end down", "statics",
-                     lambda r, end=end: -_end_force(r, end)[..., 2])  # fmt: skip
+                     lambda r, end=end: -_end_force(r, end)[..., 2],
+                     whole=lambda r, end=end: _force_terms(r, end)[..., 2])  # fmt: skip
     for end in (1, 2):
         yield Column(f"angle_{end}", "deg", f"angle of the cable below the horizontal where it leaves end {end}",
                      "statics", lambda r, end=end: _below_horizontal(_end_force(r, end)),
-                     determined_by="form")  # fmt: skip
+                     determined_by="form", whole=partial(_angle_terms, end=end))  # fmt: skip
 
 
 def _linear_range(case):
@@ -267,7 +288,7 @@ COLUMNS = (
     Column("end_stiffness_yy", "N/m", "static stiffness of end 2 along y", "stiffness",
            lambda r: r.end_stiffness_along(1)),
     Column("end_stiffness_xz", "N/m", "force along x per static displacement of end 2 along z", "stiffness",
-           _coupling_stiffness),
+           _coupling_stiffness, whole=_coupling_terms),
     Column("end_stiffness_along", "N/m", "static stiffness of end 2 along the chord", "stiffness",
            lambda r: r.end_stiffness_chord),
     _frequency("cable_frequency", "lowest in-plane frequency, ends fixed", 1, "in-plane"),

@@ -8,24 +8,24 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from cablestudy.cable.catenary import Catenary
+from cablestudy.cable.catenary import Catenary, solve
 from cablestudy.cable.geometry import midspan, sag_and_swing
 from cablestudy.cable.records import take_rows, with_arrays
 from cablestudy.cable.segment import SegmentedCable, inverse_symmetric
 from cablestudy.cable.tolerances import CABLE
 from cablestudy.cable.vectors import size
+from cablestudy.study.drag_search import (
+    drag_where_it_acts,
+    gauss_nodes,
+    integral_coefficients,
+    to_points_and_end,
+    turning_flexibility,
+)
 from cablestudy.study.tolerances import STUDY
 from cablestudy.study.uneven_drag import (
-    CablesInDrag,
     Pieces,
     bounded_errors,
-    flexibility,
-    settled_changes,
-    slope_of,
-    stiffness_and_length,
 )
-
-ENTRIES = ((0, 1, 2, 0, 0, 2), (0, 1, 2, 1, 2, 1))  # rows and columns of qq, nn, yy, qn, qy, ny
 
 
 @dataclass(frozen=True)
@@ -41,17 +41,34 @@ class CatenaryInDrag(SegmentedCable):
     pieces: Pieces
     constant: np.ndarray  # (..., 1, 3) [N]
     difference: np.ndarray  # (..., j, 3): drag less the uniform drag, times the unstretched length [N]
+    change: np.ndarray  # (..., j, 3): of the tension vector [N]
     slope: np.ndarray  # (..., j, 3): change of r' [-]
-    unsettled: np.ndarray  # (...): what may be left of these changes; `unknown_error` where none was found [-]
+    uniform: np.ndarray  # (..., j, 3): tension vectors under the uniform drag [N]
+    unsettled: np.ndarray  # (...): what is left to change, relative; `unknown_error` where no form was found [-]
+    by_parts: np.ndarray  # (...): what half as many parts change of tension and form, relative [-]
+    coarser: "CatenaryInDrag | None" = None  # with drag that varies on half as many parts
 
     def take(self, index):
         """One cable of a batch of shape (n,), or some."""
-        parts = self.pieces, self.constant, self.difference, self.slope, self.unsettled
-        return CatenaryInDrag(self.catenary.take(index), *(take_rows(part, index) for part in parts))
+        return self._changed(lambda catenary: catenary.take(index), lambda part: take_rows(part, index))
 
     def with_span(self, span):
         """Copy with another `Span`, such as one without places of loads that carry nothing."""
-        return replace(self, catenary=self.catenary.with_span(span))
+        return self._changed(lambda catenary: catenary.with_span(span), lambda part: part)
+
+    def _changed(self, of_catenary, of_arrays):
+        """Copy with a function of the catenary, and one of records and arrays."""
+        own = replace(self, catenary=None, coarser=None)
+        coarser = self.coarser and self.coarser._changed(of_catenary, of_arrays)
+        return replace(of_arrays(own), catenary=of_catenary(self.catenary), coarser=coarser)
+
+    @property
+    def least_errors(self):
+        """Relative errors that all numbers of each cable have, shape (...). [-]
+
+        Against half as many parts one of them may be right by chance: it still has the error of the finer polynomials.
+        """
+        return bounded_errors(self.unsettled + STUDY.finer_parts * self.by_parts)
 
     @property
     def span(self):
@@ -80,6 +97,10 @@ class CatenaryInDrag(SegmentedCable):
         displacement, tension = self.catenary.at(position)
         return displacement + self._by_slope(position), tension + self._change_of_tension(position)
 
+    def displacement_at(self, position):
+        """Displacement from the chord as of `at`, shape (..., j, 3). [-]"""
+        return self.catenary.at(position)[0] + self._by_slope(position)
+
     def tension_at(self, position):
         """Tension vector along the cable as of `at`, shape (..., j, 3). [N]"""
         return self.catenary.tension_at(position) + self._change_of_tension(position)
@@ -100,14 +121,14 @@ class CatenaryInDrag(SegmentedCable):
     @cached_property
     def _edge_vectors(self):
         """Tension vectors at the beginning, the k points and the end of each piece, shape (..., p, k + 2, 3). [N]"""
-        pieces, nodes = self.pieces, _nodes()
+        pieces, nodes = self.pieces, gauss_nodes()
         shape = (*pieces.width.shape, len(nodes), 3)
-        uniform = self.catenary.tension_at(pieces.points).reshape(shape)
+        uniform = self.uniform.reshape(shape)
         first, last = uniform[..., :1, :], uniform[..., -1:, :]
         slope = (last - first) / (nodes[-1] - nodes[0])  # linear on each piece
         uniform = np.concatenate([first - nodes[0] * slope, uniform, last + (1 - nodes[-1]) * slope], axis=-2)
         within = np.zeros(uniform.shape)
-        within[..., 1:, :] = pieces.width[..., None, None] * (_to_points_and_end() @ self.difference.reshape(shape))
+        within[..., 1:, :] = pieces.width[..., None, None] * (to_points_and_end() @ self.difference.reshape(shape))
         whole = within[..., -1:, :]
         return uniform + self.constant[..., None, :, :] - (within + np.cumsum(whole, axis=-3) - whole)
 
@@ -167,15 +188,29 @@ class CatenaryInDrag(SegmentedCable):
         """Squares of the tension at positions, shape (..., j). [N^2]"""
         return (self.tension_at(position) ** 2).sum(axis=-1)
 
-    def change_along(self, normal):
-        """Change of the part of the tension vector along a normal, global axes, over each segment, (..., s). [N]"""
-        return 2 * (self.span.in_frame(self.half_changes, "global") * normal).sum(axis=-1)
+    def extremes(self, normal):
+        """Arc lengths at which a cable may be farthest along a normal, see `SegmentedCable`, shape (..., k + 2 + p).
+
+        Between two points on a piece at which T . normal has other signs, a chord and one of Newton's steps give the
+        zero.
+        """
+        in_chord_frame = (self.span.frame * normal[..., None, :]).sum(axis=-1)
+        places = np.concatenate([[0.0], gauss_nodes(), [1.0]])
+        along = (self._edge_vectors * in_chord_frame[..., None, None, :]).sum(axis=-1)  # (..., p, k + 2)
+        passes = along[..., :-1] * along[..., 1:] < 0
+        segment = passes.argmax(axis=-1)[..., None]
+        begin, end = (np.take_along_axis(part, segment, axis=-1)[..., 0] for part in (along[..., :-1], along[..., 1:]))
+        first, last = places[:-1][segment[..., 0]], places[1:][segment[..., 0]]
+        step = np.divide(last - first, end - begin, out=np.zeros_like(begin), where=passes.any(axis=-1))
+        width = self.pieces.width
+        at = np.cumsum(width, axis=-1) - width + width * (first - begin * step)
+        left = (self.tension_at(at) * in_chord_frame[..., None, :]).sum(axis=-1)
+        return np.concatenate([self.catenary.edges, np.clip(at - width * step * left, 0.0, 1.0)], axis=-1)
 
     @cached_property
     def _tensions(self):
         """Tension vectors at the points under the actual and under the uniform drag, two of shape (..., j, 3). [N]"""
-        uniform = self.catenary.tension_at(self.pieces.points)
-        return self.tension_at(self.pieces.points), uniform
+        return self.uniform + self.change, self.uniform
 
     def _mean_change(self, of):
         """Mean over the unstretched length of what the actual drag changes of a function of the tension vector."""
@@ -204,33 +239,25 @@ class CatenaryInDrag(SegmentedCable):
 
     def flexibility_between(self, positions):
         """Movement of one end of each part of a cable per force, see `Catenary.flexibility_between`."""
-        width, nodes = np.diff(positions), _nodes()
+        width, nodes = np.diff(positions), gauss_nodes()
         points = (positions[:-1, None] + width[:, None] * nodes).ravel()
-        stiffness, length = stiffness_and_length(self.span)
-        weights = (width[:, None] * _weights()).reshape(-1, 1)
 
         def of_parts(vectors):
-            """Flexibilities of the parts by tension vectors at their points, shape (..., k, 3, 3)."""
-            _, tension, tangent = slope_of(vectors, stiffness)
-            of_part = (*tension.shape[:-2], len(width), len(nodes))
-            tension, tangent = tension.reshape(*of_part, 1), tangent.reshape(*of_part, 3)
-            return flexibility(tension, tangent, weights.reshape(of_part[-2:])[..., None], stiffness[..., None])
+            """Flexibilities of the parts by change of direction, by tension vectors at their points, (6, ..., k)."""
+            of_points = vectors.reshape(*vectors.shape[:-2], len(width), len(nodes), 3)
+            return np.array(turning_flexibility(np.moveaxis(of_points, -1, 0), width[:, None] * _weights()))
 
-        change = length[..., None] * (of_parts(self.tension_at(points)) - of_parts(self.catenary.tension_at(points)))
-        return self.catenary.flexibility_between(positions) + np.array(
-            [change[..., i, j] for i, j in zip(*ENTRIES, strict=True)]
-        )
+        change = of_parts(self.tension_at(points)) - of_parts(self.catenary.tension_at(points))
+        length = np.asarray(self.span.unstretched_length)[..., None]
+        return self.catenary.flexibility_between(positions) + length * change
 
     @cached_property
     def end_stiffness(self):
         """Static stiffness of end 2, end 1 fixed, the drag a dead load, chord frame, shape (..., 3, 3). [N/m]"""
-        stiffness, length = stiffness_and_length(self.span)
-        actual, uniform = (
-            flexibility(*slope_of(vectors, stiffness)[1:], self.pieces.weights, stiffness) for vectors in self._tensions
-        )
-        change = length * (actual - uniform)
-        entries = zip(self.catenary.flexibility, *ENTRIES, strict=True)
-        changed = inverse_symmetric(tuple(entry + change[..., row, column] for entry, row, column in entries))
+        weights = self.pieces.weights[..., 0]
+        actual, uniform = (turning_flexibility(np.moveaxis(vectors, -1, 0), weights) for vectors in self._tensions)
+        length, entries = self.span.unstretched_length, zip(self.catenary.flexibility, actual, uniform, strict=True)
+        changed = inverse_symmetric(tuple(entry + length * (new - old) for entry, new, old in entries))
         return np.where((self.slack | self.folded)[..., None, None], self.catenary.end_stiffness, changed)
 
     @cached_property
@@ -289,34 +316,54 @@ def in_drag(drag, catenary, parts):
     catenary : Catenary
         Their equilibria in uniform drag, where the search begins. Cables whose search does not settle keep them.
     parts : int
-        Equal parts of each smooth piece of a cable, on which the drag is a polynomial.
+        Even number of equal parts of each smooth piece of a cable, on which the drag is a polynomial.
     """
     shape = np.shape(catenary.span.chord)
     flat = tuple(np.indices(shape).reshape(len(shape), -1))
     uniform, on_cables = catenary.take(flat), drag.take(flat)
-    cables = CablesInDrag.of(on_cables, uniform, pieces=Pieces.of(uniform, parts))
-    changes = settled_changes(cables, settled=STUDY.settled_form)
-    in_wind, known = on_cables.normal_drag > 0, changes.unsettled <= STUDY.known_drag
-    slope = slope_of(changes.tensions, cables.stiffness)[0] - slope_of(cables.at_points, cables.stiffness)[0]
-    counted = (known & in_wind)[:, None, None]
-    in_chord_frame = (
-        np.where(counted, _in_chord_frame(uniform.span.frame, part), 0.0)
-        for part in (changes.constant, changes.difference, slope)
-    )
-    unsettled = np.where(in_wind, np.where(known, changes.unsettled, STUDY.unknown_error), 0.0)
-    form = CatenaryInDrag(None, cables.pieces, *in_chord_frame, unsettled)
-    return replace(with_arrays(form, lambda array: array.reshape(*shape, *array.shape[1:])), catenary=catenary)
+    form = None
+    for cables, found in drag_where_it_acts(on_cables, uniform, parts):
+        of_level = _form_of_level(cables, found, on_cables.normal_drag > 0)
+        of_level = with_arrays(of_level, lambda array: array.reshape(*shape, *array.shape[1:]))
+        form = replace(of_level, catenary=catenary, coarser=form)
+    return form
 
 
-def _in_chord_frame(frame, vectors):
-    """Vectors of shape (n, k, 3) along the axes of the chord frames, (n, 3, 3), by those along x, y, z."""
-    return np.ascontiguousarray(vectors) @ np.swapaxes(frame, -1, -2)
+def _form_of_level(cables, found, in_wind):
+    """`CatenaryInDrag` without its catenary, of n cables, by the `FoundDrag` on `CablesOnParts`."""
+    changes = found.constant, found.difference, found.tension - cables.uniform, cables.slope_change(found.tension)
+    changes = (np.where(in_wind[:, None, None], change, 0.0) for change in changes)
+    vectors = [np.swapaxes(part, -1, -2).copy() for part in (*changes, cables.uniform)]  # in rows, whatever the batch
+    errors = (np.where(in_wind, bounded_errors(error), 0.0) for error in (found.unsettled, found.change))
+    return CatenaryInDrag(None, cables.pieces, *vectors, *errors)
 
 
-@lru_cache(1)
-def _nodes():
-    """Gauss's points of a piece, shares of its length. [-]"""
-    return (1 + np.polynomial.legendre.leggauss(CABLE.drag_points_of_piece)[0]) / 2
+def errors_by_parts(numbers, coarser, least):
+    """Relative errors of numbers by the parts on which drag is a polynomial, shape (...). [-]
+
+    Parameters
+    ----------
+    numbers, coarser : ndarray or float
+        Of cables whose drag varies on so many parts, and on half as many.
+    least : ndarray or float
+        `CatenaryInDrag.least_errors`, relative. [-]
+
+    Notes
+    -----
+    With the change |numbers - coarser| + least |numbers| it is change/(|number| - change), since the true value may be
+    smaller than the number by the change; `unknown_error` where it may be zero.
+    """
+    change = STUDY.second_order * (np.abs(numbers - coarser) + least * np.abs(numbers))
+    least = np.abs(numbers) - change
+    return bounded_errors(np.divide(change, least, out=np.where(change > 0, np.inf, 0.0), where=least > 0))
+
+
+def form_of_one(span, drag, parts):
+    """One cable by its `Span`: `Catenary`, or `CatenaryInDrag` with a `SteadyDrag` of shape (1,), not None."""
+    if drag is None:
+        return solve(span)
+    batch_of_one = with_arrays(span, lambda array: np.asarray(array)[None])
+    return in_drag(drag, solve(batch_of_one), parts).take(0)
 
 
 @lru_cache(1)
@@ -325,25 +372,11 @@ def _weights():
     return np.polynomial.legendre.leggauss(CABLE.drag_points_of_piece)[1] / 2
 
 
-@lru_cache(1)
-def _coefficients():
-    """Matrix that takes values at Gauss's points to the coefficients of x, x^2, ... of the integral from 0 to x."""
-    order = np.arange(len(_nodes()))
-    return np.linalg.inv(_nodes()[:, None] ** order) / (order + 1)[:, None]
-
-
-@lru_cache(1)
-def _to_points_and_end():
-    """Matrix that takes values at Gauss's points to their integrals from 0 up to each point, and to 1."""
-    places = np.append(_nodes(), 1.0)
-    return places[:, None] ** np.arange(1, len(places)) @ _coefficients()
-
-
 def _integral(pieces, vectors):
     """Function of positions, shares of the length, shape (..., i): integral from end 1 of vectors at the points."""
     width = pieces.width
     of_pieces = vectors.reshape(*width.shape, -1, 3)
-    coefficients = width[..., None, None] * (_coefficients() @ of_pieces)  # (..., p, k, 3)
+    coefficients = width[..., None, None] * (integral_coefficients() @ of_pieces)  # (..., p, k, 3)
     whole, ends = coefficients.sum(axis=-2), np.cumsum(width, axis=-1)
     before = np.cumsum(whole, axis=-2) - whole
 
@@ -352,9 +385,11 @@ def _integral(pieces, vectors):
         piece = (position[..., None] > ends[..., None, :-1]).sum(axis=-1)
         of_width, end = (np.take_along_axis(array, piece, axis=-1) for array in (width, ends))
         share = 1 + np.divide(position - end, of_width, out=np.zeros_like(position), where=of_width > 0)
-        powers = share[..., None] ** np.arange(1, coefficients.shape[-2] + 1)
         of_piece = np.take_along_axis(coefficients, piece[..., None, None], axis=-3)
-        begin = np.take_along_axis(before, piece[..., None], axis=-2)
-        return begin + (powers[..., None] * of_piece).sum(axis=-2)
+        begin, share = np.take_along_axis(before, piece[..., None], axis=-2), share[..., None]
+        total = of_piece[..., -1, :]
+        for power in range(of_piece.shape[-2] - 2, -1, -1):
+            total = of_piece[..., power, :] + share * total
+        return begin + share * total
 
     return up_to

@@ -50,6 +50,8 @@ class Column:
     # "form": by how the cable hangs between its ends, which a slack part without weight leaves open: refused there;
     # "sag": by its sag, whose estimated error counts too; empty: by neither
     determined_by: str = ""
+    # of a number in which larger ones may cancel: function of the arguments of `compute` for the sum of their sizes
+    whole: Callable | None = None
     of_reference: bool = False  # by the reference state alone, in which no steady wind blows
     any_error: bool = False  # whether it has the error that it reaches, which may be above the accuracy of the model
     follows_drag: bool = False  # whether its error counts what drag that is taken as uniform leaves, if anything
@@ -149,6 +151,12 @@ def shapeless_error(column, limp):
 def not_finite_error(column):
     """The error of a column whose value is not finite."""
     return NoSolutionError(f"{column.header} is not finite")
+
+
+def of_part(errors, whole, numbers):
+    """Relative errors of numbers in which larger ones cancel, from those of these; `whole` as of `Column`. [-]"""
+    size = np.abs(numbers)
+    return errors * np.divide(np.maximum(whole, size), size, out=np.ones_like(size), where=size > 0)
 
 
 def number_of(column, case):

@@ -22,6 +22,7 @@ import numpy as np
 
 from cablestudy.cable.records import take_rows
 from cablestudy.cable.stress_strain import NO_SET, TERMS, Condition, Curves, linear_cable, uneven_strain
+from cablestudy.cable.vectors import size
 from cablestudy.study.tolerances import STUDY
 from cablestudy.study.uneven_drag import bounded_errors
 
@@ -327,6 +328,36 @@ def _strain_errors(condition, strain, along):
     return np.stack([np.abs(uneven_strain(condition, strain, along, weights / 2)), of_sets], axis=-1)
 
 
+def errors_along(linear, catenary):
+    """Errors e and e' of the strains of k conductors as linear cables: of the mean, and along each, (k,). [-]
+
+    See `uneven_errors`, with its parameters.
+    """
+    condition, strain, tension = linear.condition, linear.strain, tensions_along(catenary)
+    mean = _strain_errors(condition, strain, tension)[..., 0] + linear.earlier_errors[..., 0]
+    with np.errstate(all="ignore"):
+        difference = np.abs(1 / condition.tension_and_slope(strain)[1] - 1 / condition.elastic(strain))
+    uneven = difference * np.abs(tension - catenary.mean_tension[:, None]).max(axis=-1)
+    return mean, uneven + linear.earlier_errors[..., 1]
+
+
+def lengthenings(linear, catenary):
+    """Movements of the free end 2 of k conductors by e and e' of `errors_along`, global axes, shape (k, 2, 3). [m]
+
+    By e it is e times the vector between the ends. e' is largest where the tension T differs most from its mean T_m,
+    and moves the end by e' L times the mean of (T - T_m)/max |T - T_m| times the tangent.
+    """
+    span, (mean, uneven) = catenary.span, errors_along(linear, catenary)
+    nodes, weights = np.polynomial.legendre.leggauss(STUDY.conductor_points)
+    vectors = span.in_frame(catenary.tension_at((1 + nodes) / 2), "global")
+    tension = size(vectors)
+    apart, tangent = tension - catenary.mean_tension[:, None], vectors / np.maximum(tension, STUDY.tiny)[..., None]
+    share = apart / np.maximum(np.abs(apart).max(axis=-1, keepdims=True), STUDY.tiny)
+    turned = (weights[:, None] / 2 * share[..., None] * tangent).sum(axis=-2)
+    by_mean, by_uneven = mean * span.chord, uneven * span.unstretched_length
+    return np.stack([by_mean[:, None] * span.frame[:, 0], by_uneven[:, None] * turned], axis=-2)
+
+
 def uneven_errors(linear, catenary):
     """Estimate the relative errors of k equilibria in which a linear cable represents each nonlinear conductor.
 
@@ -336,9 +367,9 @@ def uneven_errors(linear, catenary):
     * of the tension, e L K/T_m, with the length L and the end stiffness K along the chord. The mean strain of the
       conductor exceeds its strain at T_m by e, which lengthens it by e L. e includes the same error of earlier steps,
       `linear.earlier_errors`: of the length found in the reference state, of the permanent elongation.
-    * of the positions of points, |1/EA_c - 1/EA| max |T - T_m|. EA_c is the slope of the conductor's curve of tension
-      over strain, EA the stiffness that it has when unloaded and loaded again ("final moduli"). Permanent sets that
-      earlier tensions have left vary along the cable too.
+    * of the positions of points, e' = |1/EA_c - 1/EA| max |T - T_m|. EA_c is the slope of the conductor's curve of
+      tension over strain, EA the stiffness that it has when unloaded and loaded again ("final moduli"). Permanent sets
+      that earlier tensions have left vary along the cable too.
 
     Parameters
     ----------
@@ -352,12 +383,8 @@ def uneven_errors(linear, catenary):
     ndarray, shape (k,)
         At most `STUDY.unknown_error`. [-]
     """
-    condition, strain, tension = linear.condition, linear.strain, tensions_along(catenary)
+    mean, uneven = errors_along(linear, catenary)
     mean_tension = np.maximum(catenary.mean_tension, np.finfo(float).tiny)
     with np.errstate(all="ignore"):
-        extra_strain = _strain_errors(condition, strain, tension)[..., 0] + linear.earlier_errors[..., 0]
-        error = extra_strain * catenary.span.unstretched_length * catenary.end_stiffness[..., 0, 0] / mean_tension
-        compliance_difference = np.abs(1 / condition.tension_and_slope(strain)[1] - 1 / condition.elastic(strain))
-        error = error + compliance_difference * np.abs(tension - mean_tension[:, None]).max(axis=-1)
-        error = error + linear.earlier_errors[..., 1]
-    return bounded_errors(STUDY.second_order * error)
+        of_tension = mean * catenary.span.unstretched_length * catenary.end_stiffness[..., 0, 0] / mean_tension
+    return bounded_errors(STUDY.second_order * (of_tension + uneven))

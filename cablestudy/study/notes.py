@@ -3,7 +3,6 @@
 import numpy as np
 
 from cablestudy.cable.damping import grows_with_modes
-from cablestudy.cable.geometry import reach_beyond_ends
 from cablestudy.cable.initial_length import BELOW_LEAST
 from cablestudy.scene.layers import value_at
 from cablestudy.scene.likely_mistakes import bare_number
@@ -87,11 +86,9 @@ def of_closed_form(case, over_strength):
 
 def _beyond_ends(case):
     """At most one warning: loads or wind push a cable beyond its ends, so that its sag says little. Tuple of str."""
-    span = case.span
-    if not len(span.load_positions) and span.vertical[2] == 1:  # its own weight keeps a cable between its ends
-        return ()
-    reach = reach_beyond_ends(case.continuous)
-    if reach <= STUDY.rounding * float(span.chord):
+    results, index = case.results, case.index
+    reach = float(results.reach_beyond_ends[index])
+    if reach <= STUDY.rounding * results.span.chord[index]:
         return ()
     return (f"warning: the cable reaches {reach:.4g} m beyond its ends, so that sag, below its chord, says little",)
 

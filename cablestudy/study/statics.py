@@ -1,5 +1,7 @@
 """Results of the statics of cables, by the closed form or by elements: two classes with the same attributes."""
 
+from functools import cached_property
+
 import numpy as np
 
 from cablestudy.cable.geometry import midspan, sag_and_swing
@@ -14,16 +16,47 @@ class ClosedStatics:
     """Statics of the elastic catenary, of one cable or with an axis of cases: tensions [N], length [m], iterations."""
 
     def __init__(self, catenary):
-        """Take the statics from a `Catenary`."""
+        """Take the statics from a `Catenary` or `CatenaryInDrag`, each when it is needed."""
         self._catenary = catenary
-        self.mean_tension, self.max_tension = catenary.mean_tension, catenary.max_tension
-        # the solver leaves a folded cable a tiny tension at its fold, and an upright one a tiny horizontal tension
-        least, horizontal = catenary.min_tension, catenary.horizontal_tension
-        folded = least <= CABLE.folded * self.max_tension
-        self.min_tension = np.where(folded, 0.0, least)
-        floor = np.where(folded, CABLE.folded, STUDY.upright) * self.max_tension
-        self.horizontal_tension = np.where(horizontal > floor, horizontal, 0.0)
-        self.stretched_length, self.iterations = catenary.stretched_length, catenary.record.steps
+
+    @cached_property
+    def mean_tension(self):
+        """Mean over the unstretched length, shape (...). [N]"""
+        return self._catenary.mean_tension
+
+    @cached_property
+    def max_tension(self):
+        """Largest tension, shape (...). [N]"""
+        return self._catenary.max_tension
+
+    @cached_property
+    def _least_tension(self):
+        """Smallest tension, shape (...) [N]; and whether it is next to none, where the solver leaves a tiny one."""
+        least = self._catenary.min_tension
+        return least, least <= CABLE.folded * self.max_tension
+
+    @cached_property
+    def min_tension(self):
+        """Smallest tension, 0 of a folded cable, shape (...). [N]"""
+        least, folded = self._least_tension
+        return np.where(folded, 0.0, least)
+
+    @cached_property
+    def horizontal_tension(self):
+        """Mean horizontal tension, 0 of a folded cable and of an upright one, shape (...). [N]"""
+        floor = np.where(self._least_tension[1], CABLE.folded, STUDY.upright) * self.max_tension
+        horizontal = self._catenary.horizontal_tension
+        return np.where(horizontal > floor, horizontal, 0.0)
+
+    @cached_property
+    def stretched_length(self):
+        """Stretched length, shape (...). [m]"""
+        return self._catenary.stretched_length
+
+    @property
+    def iterations(self):
+        """Newton steps to the equilibrium, shape (...)."""
+        return self._catenary.record.steps
 
     @property
     def sag(self):

@@ -29,6 +29,9 @@ class StudyTolerances:
     # of its tension, relative: the tangent cable has an error of the order of its square
     conductor_tension: float = 1e-8
     conductor_points: int = 9  # along a cable, at which its tension differs from the mean one
+    # safety factor on movements of bodies by that, which are found to first order: 1.4 times as much was seen where
+    # permanent sets that vary along a cable meet the knee of its curve
+    conductor_movement: float = 2.0
     spectral_order: int = 16  # of one element between neighbouring loads, where the cable is smooth
     dust: float = 1e-15  # of a coordinate over the longest chord: what rounding leaves of zero
     # size of a number that a limit may have, in the unit of its column: a margin is relative to it
@@ -47,8 +50,14 @@ class StudyTolerances:
     # slack cable swings to and fro, the less the smaller this share
     further_drag_steps: tuple = ((6, 1.0), (20, 0.7), (60, 0.3))
     # parts of each smooth piece of a cable on which its drag is a polynomial: half as many show the error, which is
-    # 1e-9 for common cables, and 1e-6 where a storm changes the tension by a half
+    # 1e-12 for common cables, and 1e-6 where a storm changes the tension by a half
     drag_parts: int = 4
+    drag_turns: int = 16  # at most, of the search for the drag on so many parts of a cable
+    settled_turn: float = 1e-11  # of tension and form, relative: what is left to change where that search ends
+    fastest_turns: float = 0.01  # factors by which the change falls from turn to turn: no less is believed,
+    slowest_turns: float = 0.9  # and with more than this what is left has no bound
+    # error over the change against half as many parts: a polynomial of six points has an error of the sixth power
+    finer_parts: float = 2.0**-6
     settled_form: float = 1e-8  # share of the change by actual drag that the last step of the search changes
     # of a change by actual drag: what the last step of a search for it changes, and what is left out of balance
     settled_drag: float = 0.01

@@ -388,17 +388,6 @@ def largest_ratio(change, matrices):
     return np.where(positive, ratios, np.nan)
 
 
-def relative_change(change, number):
-    """Largest relative error of numbers by the changes that drag taken as uniform leaves out, shape (...). [-]
-
-    It is change/(|number| - change), since the true value may be smaller than the number by the change; `unknown_error`
-    where it may be zero.
-    """
-    change = STUDY.second_order * np.abs(change)
-    least = np.abs(number) - change
-    return bounded_errors(np.divide(change, least, out=np.where(change > 0, np.inf, 0.0), where=least > 0))
-
-
 def movement_errors(movement):
     """Errors of the parts of movements due to drag taken as uniform, shape (..., 3): in units of the movement.
 

@@ -10,6 +10,7 @@ from cablestudy.cable.dynamics import PLANAR
 from cablestudy.cable.geometry import midspan
 from cablestudy.errors import NoSolutionError
 from cablestudy.motion.model_sizes import MODAL
+from cablestudy.study.catenary_in_drag import errors_by_parts
 from cablestudy.study.column import DISCRETE, SYSTEM, number_of, shapeless_error
 from cablestudy.study.compared_case import ComparedCase
 from cablestudy.study.motion_columns import DAMPING_RATIO
@@ -20,7 +21,6 @@ from cablestudy.study.refinement import reference_scene
 from cablestudy.study.scene_values import SceneValues
 from cablestudy.study.statics import ClosedStatics, ElementStatics
 from cablestudy.study.tolerances import STUDY
-from cablestudy.study.uneven_drag import relative_change
 from cablestudy.system.together import computed_together
 from cablestudy.wind.drag import body_damping, cable_damping
 
@@ -138,8 +138,7 @@ class CableCase(ComparedCase):
         error = max(column.least_error, self.statics_error)
         if self.coarser is None:
             return error
-        change = abs(number - number_of(column, self.coarser)) + self.form.unsettled * abs(number)
-        return max(error, float(relative_change(change, number)))
+        return max(error, float(errors_by_parts(number, number_of(column, self.coarser), self.form.least_errors)))
 
     @cached_property
     def coarser(self):

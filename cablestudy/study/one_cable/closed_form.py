@@ -6,14 +6,13 @@ from math import isnan
 import numpy as np
 
 from cablestudy.study.cable_columns import is_of_one_cable, over_strength
-from cablestudy.study.column import CLOSED, not_finite_error, shapeless_error
+from cablestudy.study.column import CLOSED, not_finite_error, of_part, shapeless_error
 from cablestudy.study.motion_columns import DAMPING_RATIO
 from cablestudy.study.one_cable.asked_modes import AskedModes
 from cablestudy.study.one_cable.models import element_results
 from cablestudy.study.one_cable.results import Results
 from cablestudy.study.table_rows import OK, OVER_STRENGTH, TableColumns, status_of
 from cablestudy.study.tolerances import STUDY
-from cablestudy.study.uneven_drag import relative_change
 
 
 class ColumnRequirements(TableColumns):
@@ -239,11 +238,12 @@ def _error(column, results, required, numbers):
     It is the largest of the errors that apply to the column:
 
     * all columns: `Column.least_error` by rounding, zero if a number follows from the scene without an equilibrium;
-    * if that is not zero: rounding of the equilibrium; and the error as a conductor is taken as linear;
+    * if that is not zero: rounding of the equilibrium; and the error as a conductor is taken as linear; more of a
+      number in which larger ones cancel (`Column.whole`);
     * columns with `determined_by` "sag": rounding of the sag;
     * the column `force_displacement`: error of the displacement of end 2 by the force on it;
-    * in a steady wind: change of its own number by the parts on which the drag varies (`Results.change_by_coarser`),
-      but of columns of the state without load case (`Column.of_reference`).
+    * in a steady wind: change of its own number by the parts on which the drag varies (`Results.errors_by_drag`), but
+      of columns of the state without load case (`Column.of_reference`).
 
     Parameters
     ----------
@@ -261,12 +261,14 @@ def _error(column, results, required, numbers):
         return error
     if column.least_error:
         error = np.maximum(error, np.maximum(results.statics_rounding, results.model_error))
+    if column.whole is not None:
+        error = of_part(error, column.whole(results), numbers)
     if column.determined_by == "sag":
         error = np.maximum(error, results.sag_rounding)
     if column.name == "force_displacement":
         error = np.maximum(error, results.pushed[1])
     if numbers is not None and not column.of_reference and results.in_steady_wind:
-        error = np.maximum(error, relative_change(results.change_by_coarser(column, numbers), numbers))
+        error = np.maximum(error, results.errors_by_drag(column, numbers))
     return error
 
 

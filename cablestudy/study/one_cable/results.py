@@ -6,16 +6,16 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.cable.catenary import solve
+from cablestudy.cable.geometry import reach_beyond_ends
 from cablestudy.cable.meshes import edges_of_pieces
 from cablestudy.cable.newton import UNDETERMINED
-from cablestudy.cable.records import with_arrays
 from cablestudy.cable.span import CORES
 from cablestudy.cable.taut import lambda_squared
 from cablestudy.cable.tolerances import CABLE
 from cablestudy.cable.vectors import row_keys
 from cablestudy.errors import ConvergenceError, NoSolutionError
-from cablestudy.study.catenary_in_drag import in_drag
-from cablestudy.study.column import LIMP
+from cablestudy.study.catenary_in_drag import errors_by_parts, form_of_one, in_drag
+from cablestudy.study.column import LIMP, of_part
 from cablestudy.study.conductors import uneven_errors
 from cablestudy.study.load_cases import holding_force, wind_direction
 from cablestudy.study.one_cable.conductors import equivalent_cables
@@ -82,7 +82,7 @@ class Results:
         coarser = Results(self.values, self._drag_parts // 2)
         coarser.equivalent_cables = self.equivalent_cables
         if self.loaded.at is None:
-            coarser.loaded, coarser.catenary = self.loaded, self.catenary
+            coarser.loaded, coarser.catenary, coarser.form = self.loaded, self.catenary, self.form.coarser
         return coarser
 
     @cached_property
@@ -133,15 +133,18 @@ class Results:
 
     def form_of(self, span, index):
         """One cable by its `Span` with other loads than its own, in its steady wind: `form` of this one."""
-        if not self.in_steady_wind:
-            return solve(span)
-        batch_of_one = with_arrays(span, lambda array: np.asarray(array)[None])
-        return in_drag(self.drag.take([index]), solve(batch_of_one), self._drag_parts).take(0)
+        return form_of_one(span, self.drag.take([index]) if self.in_steady_wind else None, self._drag_parts)
 
     @property
     def middle(self):
         """Arc length at mid-span over unstretched length, shape (n,). [-]"""
         return self.form.middle
+
+    @cached_property
+    def reach_beyond_ends(self):
+        """Distances by which loads or wind push cables beyond their ends, `geometry.reach_beyond_ends`, (n,). [m]"""
+        pushed = (self.span.vertical[..., 2] != 1) | (self.span.load_positions.shape[-1] > 0)
+        return np.where(pushed, reach_beyond_ends(self.form), 0.0) if pushed.any() else np.zeros(pushed.shape)
 
     @property
     def end_1(self):
@@ -294,22 +297,12 @@ class Results:
         cables = self.equivalent_cables
         return np.zeros(len(self.values)) if cables is None else uneven_errors(cables.linear, self.catenary)
 
-    def change_by_coarser(self, column, numbers):
-        """Errors of the numbers of a column by the drag of a steady wind, which varies on parts of each cable.
-
-        Parameters
-        ----------
-        column : Column
-        numbers : ndarray, shape (n,)
-
-        Returns
-        -------
-        ndarray, shape (n,)
-            Changes against `coarser` results, in the unit of the column; `unknown_error` times the number where the
-            form did not settle.
-        """
-        change = np.abs(numbers - np.asarray(column.compute(self.coarser)))
-        return change + self.form.unsettled * np.abs(numbers)
+    def errors_by_drag(self, column, numbers):
+        """Relative errors of the numbers of a column by the drag of a steady wind, shape (n,): `errors_by_parts`."""
+        least = 0.0 if column.needs == "scene" else self.form.least_errors
+        if column.whole is not None:
+            least = of_part(least, column.whole(self), numbers)
+        return errors_by_parts(numbers, np.asarray(column.compute(self.coarser)), least)
 
     @cached_property
     def mode_error(self):

@@ -9,13 +9,13 @@ from cablestudy.cable.linear_range import linear_range
 from cablestudy.errors import NoSolutionError
 from cablestudy.statics.rigid import point_movement
 from cablestudy.statics.suspension import GROUND
-from cablestudy.study.column import number_of
+from cablestudy.study.catenary_in_drag import errors_by_parts
+from cablestudy.study.column import number_of, of_part
 from cablestudy.study.scene_values import merged_loads
 from cablestudy.study.statics import ClosedStatics
 from cablestudy.study.suspension.group import Group, HangingCable
 from cablestudy.study.suspension.numbers import CableValues, SingleCable
 from cablestudy.study.tolerances import STUDY
-from cablestudy.study.uneven_drag import relative_change
 
 
 class SuspensionAtRest:
@@ -261,14 +261,18 @@ class SuspensionAtRest:
         cable = self.cable(part) if part in self.scene.cables else None
         if column.needs == "scene" and (quantity != "chord" or cable is None or self._ends_held(cable)):
             return 0.0
-        return max(self.group.errors.statics[self.index], self.error_by_drag(column, number, cable))
+        error = self.group.errors.statics[self.index]
+        if cable is not None and column.whole is not None and number is not None:
+            whole = self.group.cables.column(f"whole of {quantity}", column.whole)
+            error = of_part(error, whole[self.index, cable], number)
+        return max(float(error), self.error_by_drag(column, number, cable))
 
     def error_by_drag(self, column, number, cable=None):
         """Relative error of a number of the statics by the parts on which the drag of a steady wind varies. [-]"""
         if self.coarser is None or column.of_reference or not isinstance(number, float) or not isfinite(number):
             return 0.0
-        change = abs(number - number_of(column, self.coarser))
-        return float(relative_change(change + self.group.unsettled(self.index, cable) * abs(number), number))
+        least = self.group.least_error_by_drag(self.index, cable)
+        return float(errors_by_parts(number, number_of(column, self.coarser), least))
 
     def check(self, column):
         """Raise the NoSolutionError of a column of a cable that the load case lacks."""

@@ -5,10 +5,19 @@ from dataclasses import replace
 import numpy as np
 
 from cablestudy.cable.records import take_rows
-from cablestudy.study.conductors import Conductors, distinct_without_case, tensions_along, uneven_errors
+from cablestudy.cable.vectors import cross, times
+from cablestudy.statics import tangent
+from cablestudy.study.conductors import (
+    Conductors,
+    distinct_without_case,
+    lengthenings,
+    tensions_along,
+    uneven_errors,
+)
 from cablestudy.study.suspension.load_cases import CablesOfCase, cables_left, loaded_state, numbers_at_rest
 from cablestudy.study.suspension.numbers import kind_of_case
 from cablestudy.study.tolerances import STUDY
+from cablestudy.study.uneven_drag import bounded_errors
 
 
 class SuspendedConductors:
@@ -55,6 +64,31 @@ class SuspendedConductors:
         indices, error = (row, present[cable]), np.zeros(stretching.shape)
         error[row, cable] = uneven_errors(take_rows(self._linear, indices), equilibrium.catenary.take((row, cable)))
         return error.max(axis=-1)
+
+    def movements(self, equilibrium):
+        """Errors of positions [m] and attitudes [rad] by conductors that are linear along each cable, shape (n, b, 6).
+
+        What the `lengthenings` of a cable change of the forces at its ends moves the bodies. The sizes of the movements
+        by all cables are added up.
+        """
+        suspension, stiffness = equilibrium.suspension, equilibrium.catenary.global_end_stiffness
+        present = np.array([self._names.index(name) for name in suspension.cable_names])
+        row, cable = np.nonzero(self._stretching[:, present])
+        linear = take_rows(self._linear, (row, present[cable]))
+        longer = lengthenings(linear, equilibrium.catenary.take((row, cable)))
+        owner, free, arms = suspension.owner[suspension.of_cables], suspension.free, equilibrium.arms
+        # by both lengthenings of each cable; on the ground in the last place
+        loads = np.zeros((len(stiffness), len(present), 2, len(free) + 1, 6))
+        force = times(stiffness[row, cable][:, None], longer)
+        for end, sign in ((0, -1.0), (1, 1.0)):
+            moment = cross(arms[row, cable, end][:, None], force)
+            at_end = sign * np.concatenate([force, moment], axis=-1)
+            np.add.at(loads, (row, cable, slice(None), owner[cable, end]), at_end)
+        on_free = tangent.free_values(suspension, loads[..., :-1, :]).reshape(len(loads), 2 * len(present), -1)
+        moved = tangent.displacements(equilibrium.blocks, suspension, np.swapaxes(on_free, -1, -2))
+        movements = np.zeros((*equilibrium.position.shape[:-1], 6))
+        movements[:, free] = bounded_errors(STUDY.conductor_movement * np.abs(moved).sum(axis=-1))
+        return movements
 
     def _cables(self, rows, stiffness, elongation, length_ratio):
         """`CablesOfCase` of some of the suspensions, from these attributes of `LinearCables` in their cases."""

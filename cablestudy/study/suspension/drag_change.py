@@ -86,20 +86,19 @@ def equilibrium_in_drag(equilibrium, drag, parts):
     count, steady = equilibrium.lengths.shape[1], drag_on_cables(drag, equilibrium)
     in_wind = equilibrium.record.converged & (steady.normal_drag > 0).any(axis=-1)
     rows, movement = np.flatnonzero(in_wind), np.zeros((*equilibrium.position.shape[:2], 6))
-    found = np.zeros(0, dtype=bool)
+    found, moving = np.zeros(0, dtype=bool), np.zeros(equilibrium.lengths.shape)
     if len(rows):
         flat, of_rows = np.divmod(_of_cables(rows, count), count), equilibrium.take(rows)
         catenary = equilibrium.catenary.take(flat)
         cables = CablesInDrag.of(steady.take(flat), catenary, drag.stretched, Pieces.of(catenary, parts))
         held = settled_changes(cables, settled=STUDY.settled_form)
         least = (tangent.motion_units(of_rows.suspension) * of_rows.uncertainty.pose).max(axis=(-2, -1), initial=0.0)
-        of_bodies, _, found = _search(of_rows, drag.take(rows), cables, held, STUDY.settled_form, least)
+        of_bodies, changes, found = _search(of_rows, drag.take(rows), cables, held, STUDY.settled_form, least)
         movement[rows[found]] = of_bodies[found]
-    unknown = in_wind.copy()
-    unknown[rows[found]] = False
+        moving[rows] = np.where(found[:, None], changes.unsettled.reshape(-1, count), STUDY.unknown_error)
     moved, steady = _moved_equilibrium(equilibrium, drag, steady, movement)
     form = in_drag(steady, moved.catenary, parts)
-    unsettled = np.where(unknown[:, None] & _moves(moved.suspension), STUDY.unknown_error, form.unsettled)
+    unsettled = np.where(_moves(moved.suspension), np.maximum(moving, form.unsettled), form.unsettled)
     return replace(moved, catenary=replace(form, unsettled=unsettled))
 
 

@@ -89,6 +89,12 @@ class EquilibriumErrors:
         return np.maximum(self._reference.uncertainty.pose, self._equilibrium.uncertainty.pose)
 
     @cached_property
+    def conductor_movement(self):
+        """Errors of positions [m] and attitudes [rad] of bodies and points by conductors, shape (n, b, 6)."""
+        none = np.zeros((*self._equilibrium.position.shape[:-1], 6))
+        return none if self._conductors is None else self._conductors.movements(self._equilibrium)
+
+    @cached_property
     def _conductor(self):
         """Errors by conductors that are taken as linear along each cable, shape (n,). [-]"""
         none = np.zeros(len(self._equilibrium.lengths))

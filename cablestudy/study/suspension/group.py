@@ -8,8 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from cablestudy.cable.catenary import Catenary, solve
-from cablestudy.cable.records import with_arrays
+from cablestudy.cable.catenary import Catenary
 from cablestudy.errors import ConvergenceError, NoSolutionError, result_of
 from cablestudy.motion.airflow import drag_of
 from cablestudy.statics import lengths
@@ -18,7 +17,7 @@ from cablestudy.statics.failure import explain
 from cablestudy.statics.force_density import find_form
 from cablestudy.statics.rigid import angle_errors, to_angles
 from cablestudy.study.cable_columns import utilisation_of
-from cablestudy.study.catenary_in_drag import CatenaryInDrag, in_drag
+from cablestudy.study.catenary_in_drag import CatenaryInDrag, form_of_one
 from cablestudy.study.one_cable.loaded_cables import LoadedCables
 from cablestudy.study.one_cable.results import Results
 from cablestudy.study.suspension.conductors import conductors_of
@@ -269,15 +268,13 @@ class Group:
 
     def form_of(self, span, index, cable):
         """A cable of a case by its `Span` with other loads than its own: `Catenary` or `CatenaryInDrag`."""
-        if not self.in_steady_wind:
-            return solve(span)
-        batch_of_one = with_arrays(span, lambda array: np.asarray(array)[None])
-        return in_drag(self._steady_drag.take(([index], [cable])), solve(batch_of_one), self._drag_parts).take(0)
+        drag = self._steady_drag
+        return form_of_one(span, drag and drag.take(([index], [cable])), self._drag_parts)
 
-    def unsettled(self, index, cable=None):
-        """Share of the changes by drag that may be left: of a cable of a case, or the largest of all of them. [-]"""
-        of_case = self.rest.catenary.unsettled[index]
-        return float(of_case.max(initial=0.0) if cable is None else of_case[cable])
+    def least_error_by_drag(self, index, cable=None):
+        """`least_errors` of a cable of a case; of other numbers the largest share that its search leaves. [-]"""
+        form = self.rest.catenary
+        return float(form.unsettled[index].max(initial=0.0) if cable is None else form.least_errors[index, cable])
 
     @property
     def without_wind(self):
@@ -388,15 +385,16 @@ class Group:
 
     def _coordinate(self, body, axis):
         """A coordinate in all cases and its estimated relative error, as of `coordinates`."""
-        by_rounding = movement = self.errors.rounding_movement[:, body, axis]
+        by_rounding = self.errors.rounding_movement[:, body]
+        uncertainty = by_rounding + self.errors.conductor_movement[:, body]
         if axis < 3:
             value, least = self.rest.position[:, body, axis], STUDY.rounding * self.equilibrium.longest
         else:
             rotation, least = self.rest.rotation[:, body], STUDY.rounding * 2 * np.pi
             value = to_angles(rotation)[:, axis - 3]
-            by_rounding = angle_errors(rotation, self.errors.rounding_movement[:, body, 3:])[:, axis - 3]
-        zero = np.abs(value) <= np.maximum(movement, least)
-        error = np.where(zero, self.errors.rounding, by_rounding / np.where(zero, 1.0, np.abs(value)))
+            uncertainty = np.concatenate([uncertainty[:, :3], angle_errors(rotation, uncertainty[:, 3:])], axis=-1)
+        zero = np.abs(value) <= np.maximum(by_rounding[:, axis], least)
+        error = np.where(zero, self.errors.rounding, uncertainty[:, axis] / np.where(zero, 1.0, np.abs(value)))
         return list(zip(np.where(zero, 0.0, value).tolist(), np.maximum(STUDY.rounding, error).tolist(), strict=True))
 
     @cached_property
