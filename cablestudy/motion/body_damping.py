@@ -175,12 +175,12 @@ class _PoleSearch:
     def poles(self, models):
         """Find the pole s of the damped mode of each of n rows with all modes of the cables.
 
-        The search begins at an estimate. With light damping this is the pole of the undamped shape alone, the root of
+        The search begins at an estimate. This is the pole of the undamped shape alone, the root of
 
             s^2 + c s + w^2 + i h = 0
 
-        with its frequency w, and its mass-normalised viscous and hysteretic damping c and h. With strong damping, or
-        where no pole is found there, it is the pole of the model of the coupled modes.
+        with its frequency w, and its mass-normalised viscous and hysteretic damping c and h. Where no pole is found so
+        near to it that it is surely that of the mode, the estimate is the pole of the model of the coupled modes.
 
         Returns
         -------
@@ -191,11 +191,12 @@ class _PoleSearch:
         viscous, hysteretic = self._damping_of_shapes()
         near = 1j * np.sqrt(self._omega**2 + 1j * hysteretic - viscous**2 / 4) - viscous / 2
         ratio = -near.real / np.abs(near)
-        light = (ratio != 0) & (ratio < MOTION.light_damping)
-        poles = self.poles_near(models, np.where(light, near, np.nan), MOTION.pole_distance * ratio)
+        light, strong = MOTION.pole_distance * ratio, MOTION.strongly_damped_pole_distance
+        far = np.where(ratio < MOTION.light_damping, light, strong)
+        poles = self.poles_near(models, np.where(ratio != 0, near, np.nan), far)
         poles = np.where(ratio == 0, 1j * self._omega, poles)
         others = np.full(len(poles), complex(np.nan, np.nan))
-        for row in np.flatnonzero(np.isnan(poles)).tolist():  # strong damping, or another mode is near
+        for row in np.flatnonzero(np.isnan(poles)).tolist():  # another mode may be near
             near[row] = others[row] = self._pole_of_coupled_modes(row)
             if np.isnan(others[row]):
                 poles[row] = -self._omega[row]

@@ -16,7 +16,9 @@ class MotionTolerances:
     first_body_modes: int = 12  # modes that are computed at first for the mode of a body,
     most_body_modes: int = 400  # and at most
     light_damping: float = 0.02  # damping ratio up to which a pole is looked for from that without damping on,
-    pole_distance: float = 0.5  # no farther than this times the damping ratio, since another mode may be near
+    pole_distance: float = 0.5  # no farther than this times the damping ratio, since another mode may be near;
+    # with stronger damping up to this relative distance: of 175 random poles none up to 1e-3 was that of another mode
+    strongly_damped_pole_distance: float = 1e-4
     undamped_rounding: float = 1e-24  # damping ratio up to which it is rounding of a mode that nothing damps
     accuracy_factors: tuple = (1.0, 1e-2, 1e-4)  # accuracies of modes that are tried for a number, over that asked for
     next_mode: float = 1.1  # least frequency of modes above those computed, over that of a body's mode
