@@ -5,7 +5,6 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.cable.bracketing import zeros_between
 from cablestudy.cable.element import Mesh, basis, lagrange
 from cablestudy.cable.segment import SegmentedCable
 from cablestudy.cable.span import Span
@@ -112,46 +111,3 @@ def _displacement(mesh, displacement, element, local):
     nodes = mesh.element_nodes[element]  # shape (..., j, p + 1)
     nodal = np.take_along_axis(displacement, nodes.reshape(*nodes.shape[:-2], -1, 1), axis=-2)
     return (lagrange(basis(mesh.order).nodes, local)[..., None] * nodal.reshape(*nodes.shape, 3)).sum(axis=-2)
-
-
-def sag(state, start):
-    """Vertical distance from the chord down to each cable of elements at mid-span, halfway along the horizontal.
-
-    Mid-span is searched for along the elements, unless `start` is there already to rounding. A vertical cable has no
-    mid-span: its sag is taken at `start`.
-
-    Parameters
-    ----------
-    state : State
-        Elements in equilibrium; fields of shape (n,), or of one cable.
-    start : ndarray, shape (n,) or ()
-        Mid-span of the same cable in closed form: arc length over unstretched length (`Catenary.middle`). [-]
-
-    Returns
-    -------
-    ndarray, shape (n,) or ()
-        [m]
-    """
-    if not np.shape(state.force):
-        return sag(state.take(None), np.array([start]))[0]
-    span = state.span
-    stretch, cosine, sine = (np.asarray(field) for field in (1 + span.chord_strain, span.cosine, span.sine))
-
-    def from_mid_chord(position, index):
-        """Vectors from the middle of the chord to m of the cables, chord frame, (m, 3), in unstretched lengths."""
-        element, local = state.mesh.located(position[:, None])
-        vector = _displacement(state.mesh, state.displacement[index], element, local)[:, 0]
-        vector[:, 0] += stretch[index] * (position - 0.5)
-        return vector
-
-    def horizontal_distance(position, index):
-        vector = from_mid_chord(position, index)
-        return vector[:, 0] * cosine[index] - vector[:, 1] * sine[index]
-
-    position, all_cables = np.array(start, dtype=float), np.arange(len(stretch))
-    # neither upright, where no distance is horizontal, nor already there, except for rounding
-    unsolved = np.flatnonzero((cosine > 1e-9) & (np.abs(horizontal_distance(position, all_cables)) > 1e-16))
-    if len(unsolved):
-        ends = np.zeros(len(unsolved)), np.ones(len(unsolved))
-        position[unsolved] = zeros_between(horizontal_distance, *ends, unsolved)
-    return -(from_mid_chord(position, all_cables) * span.up).sum(axis=-1) * span.unstretched_length

@@ -3,7 +3,7 @@
 import numpy as np
 
 from cablestudy.cable.geometry import midspan, sag_and_swing
-from cablestudy.cable.state import interpolate, sag
+from cablestudy.cable.state import interpolate
 from cablestudy.cable.tolerances import CABLE
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.column import SHAPELESS
@@ -61,7 +61,7 @@ class ElementStatics:
     """Statics of elements in equilibrium, of one cable or with an axis of cases; attributes as in `ClosedStatics`.
 
     From a `State`, its `Record`, and the arc length at mid-span of the continuous cables over the unstretched length,
-    shape (...). [-]
+    shape (...), where the sag of an upright cable is measured. [-]
     """
 
     def __init__(self, state, record, middle):
@@ -84,10 +84,7 @@ class ElementStatics:
     @property
     def sag(self):
         """Vertical distance from chord to cable at mid-span, shape (...). [m]"""
-        state = self._state
-        swung = np.asarray(state.span.vertical)[..., 2] != 1  # by the wind, out of the vertical plane
-        in_plane_sag = sag(state, self._middle)
-        return np.where(swung, sag_and_swing(state, midspan(state))[0], in_plane_sag) if swung.any() else in_plane_sag
+        return sag_and_swing(self._state, midspan(self._state, self._middle))[0]
 
     def shape(self, positions):
         """Static form of one cable, see `ClosedStatics.shape`."""
