@@ -3,10 +3,7 @@
 import numpy as np
 
 from cablestudy.cable.geometry import midspan, sag_and_swing
-from cablestudy.cable.state import interpolate
 from cablestudy.cable.tolerances import CABLE
-from cablestudy.errors import NoSolutionError
-from cablestudy.study.column import SHAPELESS
 from cablestudy.study.tolerances import STUDY
 
 
@@ -29,32 +26,6 @@ class ClosedStatics:
     def sag(self):
         """Vertical distance from chord to cable at mid-span, shape (...). [m]"""
         return self._catenary.sag
-
-    def shape(self, positions):
-        """Static form of one cable at points along it: displacement from the chord, and tension.
-
-        Parameters
-        ----------
-        positions : ndarray, shape (j,)
-            s: arc length of each of j points from end 1, divided by the unstretched length. [-]
-
-        Returns
-        -------
-        displacement : ndarray, shape (j, 3)
-            Vector from the point at the share s of the chord to the cable, divided by the unstretched length. Chord
-            frame: along the chord, across it, sideways. [-]
-        tension : ndarray, shape (j,)
-            Tensions. [N]
-
-        Raises
-        ------
-        NoSolutionError
-            A part of the cable is slack.
-        """
-        if np.any(self._catenary.slack):
-            raise NoSolutionError(SHAPELESS)
-        displacement, tension = self._catenary.at(positions)
-        return displacement, np.sqrt((tension**2).sum(axis=-1))
 
 
 class ElementStatics:
@@ -85,10 +56,6 @@ class ElementStatics:
     def sag(self):
         """Vertical distance from chord to cable at mid-span, shape (...). [m]"""
         return sag_and_swing(self._state, midspan(self._state, self._middle))[0]
-
-    def shape(self, positions):
-        """Static form of one cable, see `ClosedStatics.shape`."""
-        return interpolate(self._state, positions)
 
 
 def tensions_by_end_2(form, stiffness):

@@ -12,8 +12,7 @@ from cablestudy.statics.force_density import cables_without_force_density, find_
 from cablestudy.statics.suspension import AXES
 from cablestudy.study.column import value_and_error
 from cablestudy.study.notes import comparison_notes
-from cablestudy.study.one_cable.report import STATE, columns_along, fields_along, form_along, rows_along
-from cablestudy.study.statics import ClosedStatics
+from cablestudy.study.one_cable.report import STATE, columns_along, fields_along, rows_along
 from cablestudy.study.suspension.notes import slack_cables
 from cablestudy.study.suspension.numbers import numbers_of
 from cablestudy.study.suspension.part_columns import (
@@ -305,8 +304,7 @@ def shape_table(case, failures):
             continue
         edges = np.cumsum(split(catenary.span).fraction)[:-1]
         positions = np.unique(np.concatenate([np.linspace(0.0, 1.0, STUDY.shape_points), edges]))
-        form = form_along(ClosedStatics(catenary), catenary.span, equilibrium.ends[cable, 0], positions)
-        columns = columns_along(catenary.span, positions, *form)
+        columns = columns_along(catenary, equilibrium.ends[cable, 0], positions)
         rows += [{"cable": name, **row} for row in rows_along(columns)]
     return Table((Field("cable", "cable", label=True), *fields_along(headers)), rows)
 
