@@ -18,7 +18,6 @@ from cablestudy.cable.element import basis
 from cablestudy.cable.geometry import midspan, sag_and_swing
 from cablestudy.cable.meshes import mesh_segments
 from cablestudy.cable.newton import REASONS, SLACK, Record
-from cablestudy.cable.state import interpolate
 from cablestudy.cable.stiffness import internal_forces
 from cablestudy.errors import ConvergenceError
 
@@ -256,7 +255,7 @@ def test_sag_and_interpolation():
     for span in (paper_span(), paper_span(186.0, degrees=19), chord_span(100, -30, -0.4, 1e5), paper_span(degrees=90)):
         start, state = solved(span, 8, 16)
         assert sag_and_swing(state, midspan(state, start.middle))[0] == pytest.approx(float(start.sag), rel=1e-9)
-        displacement, tension = interpolate(state, places)
+        displacement, tension = state.at(places)
         exact, force = start.at(places)
         assert np.abs(displacement - exact).max() < 1e-10
         assert tension == pytest.approx(np.linalg.norm(force, axis=1), rel=1e-7)

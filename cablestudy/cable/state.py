@@ -73,41 +73,27 @@ class State(SegmentedCable):
         return self.mesh.edges
 
     def at(self, positions):
-        """Displacements and tensions along one cable, by `interpolate`; tensions are sizes, not vectors."""
-        return interpolate(self, positions)
+        """Displacement and tension at any positions along cables, from values at nodes and Gauss points.
 
+        Parameters
+        ----------
+        positions : ndarray, shape (..., j)
+            Unstretched arc length over unstretched length; at a point load it means the side of end 1. [-]
 
-def interpolate(state, positions):
-    """Interpolate displacement and tension at any positions along cables, from values at nodes and Gauss points.
-
-    Parameters
-    ----------
-    state : State
-        Elements in equilibrium, fields of shape (...).
-    positions : ndarray, shape (..., j)
-        Unstretched arc length over unstretched length; at a point load it means the side of end 1. [-]
-
-    Returns
-    -------
-    displacement : ndarray, shape (..., j, 3)
-        From the straight chord to the cable, over the unstretched length, in the chord frame. [-]
-    tension : ndarray, shape (..., j)
-        Size of the tension vector, which changes linearly along each element by its weight; the change by an `uneven`
-        load within the element is neglected. [N]
-    """
-    positions = np.broadcast_to(positions, (*np.shape(state.force), np.shape(positions)[-1]))
-    element, local = state.mesh.located(positions)  # index of the element, and position in it from 0 to 1
-    middle = np.take_along_axis(state.mid_forces, element[..., None], axis=-2)
-    weight = np.take_along_axis(state.segment_weights, element, axis=-1)
-    force = middle + ((local - 0.5) * weight)[..., None] * np.asarray(state.span.up)[..., None, :]
-    return _displacement(state.mesh, state.displacement, element, local), np.sqrt((force**2).sum(axis=-1))
-
-
-def _displacement(mesh, displacement, element, local):
-    """Displacements at positions in elements, shape (..., j, 3), interpolated from those of the nodes.
-
-    `element` and the position `local` in it, both of shape (..., j), are as in `Mesh.located`.
-    """
-    nodes = mesh.element_nodes[element]  # shape (..., j, p + 1)
-    nodal = np.take_along_axis(displacement, nodes.reshape(*nodes.shape[:-2], -1, 1), axis=-2)
-    return (lagrange(basis(mesh.order).nodes, local)[..., None] * nodal.reshape(*nodes.shape, 3)).sum(axis=-2)
+        Returns
+        -------
+        displacement : ndarray, shape (..., j, 3)
+            From the straight chord to the cable, over the unstretched length, in the chord frame. [-]
+        tension : ndarray, shape (..., j)
+            Size of the tension vector, which changes linearly along each element by its weight; the change by an
+            `uneven` load within the element is neglected. [N]
+        """
+        positions = np.broadcast_to(positions, (*np.shape(self.force), np.shape(positions)[-1]))
+        element, local = self.mesh.located(positions)  # index of the element, and position in it from 0 to 1
+        middle = np.take_along_axis(self.mid_forces, element[..., None], axis=-2)
+        weight = np.take_along_axis(self.segment_weights, element, axis=-1)
+        force = middle + ((local - 0.5) * weight)[..., None] * np.asarray(self.span.up)[..., None, :]
+        nodes = self.mesh.element_nodes[element]  # shape (..., j, p + 1)
+        nodal = np.take_along_axis(self.displacement, nodes.reshape(*nodes.shape[:-2], -1, 1), axis=-2)
+        shares = lagrange(basis(self.mesh.order).nodes, local)[..., None]
+        return (shares * nodal.reshape(*nodes.shape, 3)).sum(axis=-2), np.sqrt((force**2).sum(axis=-1))
