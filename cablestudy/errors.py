@@ -17,6 +17,11 @@ class CablestudyError(Exception):
 
     exit_code: ClassVar[int] = 3
 
+    @property
+    def without_places(self) -> str:
+        """The message in one line, for the status of a row."""
+        return one_line(self)
+
 
 LONGEST_NAME = 255  # bytes of the name of a file
 LONGEST = {"where": 300, "key": 100, "message": 600}  # characters of each part of a mistake

@@ -46,7 +46,8 @@ def of_bars(name, law, amount, elements=40):
 @cache
 def condensed_of_bars(name):
     """Static stiffness between the ends of the paper's model."""
-    return CableCase(CABLES[name].scene("model.elements=40")).end_stiffness
+    case = CableCase(CABLES[name].scene("model.elements=40"))
+    return case.span.frame.T @ case.dynamics.end_stiffness @ case.span.frame
 
 
 @cache

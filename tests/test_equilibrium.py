@@ -15,9 +15,9 @@ from slack_chain import span_margin
 from cablestudy.cable import catenary, equilibrium
 from cablestudy.cable.assembly import SPATIAL, System
 from cablestudy.cable.element import basis
+from cablestudy.cable.geometry import midspan, sag_and_swing
 from cablestudy.cable.meshes import mesh_segments
 from cablestudy.cable.newton import REASONS, SLACK, Record
-from cablestudy.cable.state import interpolate, sag
 from cablestudy.cable.stiffness import internal_forces
 from cablestudy.errors import ConvergenceError
 
@@ -252,16 +252,16 @@ def test_a_taut_vertical_cable_whose_lower_end_nearly_slackens():
 def test_sag_and_interpolation():
     """Order 16: the closed form between the nodes too; 40 bars: the straight pieces between exact nodes."""
     places = np.linspace(0, 1, 37)
-    for span in (paper_span(), paper_span(186.0, degrees=19), chord_span(100, -30, -0.4, 1e5)):
+    for span in (paper_span(), paper_span(186.0, degrees=19), chord_span(100, -30, -0.4, 1e5), paper_span(degrees=90)):
         start, state = solved(span, 8, 16)
-        assert sag(state, float(start.middle)) == pytest.approx(float(start.sag), rel=1e-9)
-        displacement, tension = interpolate(state, places)
+        assert sag_and_swing(state, midspan(state, start.middle))[0] == pytest.approx(float(start.sag), rel=1e-9)
+        displacement, tension = state.at(places)
         exact, force = start.at(places)
         assert np.abs(displacement - exact).max() < 1e-10
         assert tension == pytest.approx(np.linalg.norm(force, axis=1), rel=1e-7)
     chain = bars.solve_spatial((185.8, 0, 0), 186.0, EA, MASS * G, 40)
     start, state = solved(paper_span(186.0), 40)
-    assert sag(state, float(start.middle)) == pytest.approx(-chain.nodes[20, 2], rel=1e-9)
+    assert sag_and_swing(state, midspan(state))[0] == pytest.approx(-chain.nodes[20, 2], rel=1e-9)
 
 
 def test_the_record():

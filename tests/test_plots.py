@@ -15,14 +15,14 @@ from scenes import SAGGING, computed
 from scipy.interpolate import RegularGridInterpolator
 from scipy.optimize import brentq
 
-from cablestudy.cable.geometry import lowest_point
+from cablestudy.cable.geometry import lowest_point, points_along
 from cablestudy.errors import SceneError
 from cablestudy.scene.scene import load_scene
 from cablestudy.scene.study import read_study
 from cablestudy.study import plots
 from cablestudy.study.columns import find
 from cablestudy.study.deflection import nodal_deflections
-from cablestudy.study.one_cable import case_modes, report
+from cablestudy.study.one_cable import case_modes
 from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.columns import gondola_on_cable
 from cablestudy.study.one_cable.rows import evaluate
@@ -129,7 +129,7 @@ def test_the_command_draws_all_cases_that_have_an_answer(tmp_path):
 def test_static_form_draws_the_shape_the_chord_and_the_sag(carlina):
     figure = draw(plots.static_form(carlina))
     (axes,) = figure.axes
-    places, _ = report.shape(carlina, np.linspace(0.0, 1.0, 401))
+    places = points_along(carlina.form, np.linspace(0.0, 1.0, 401)) + carlina.end_1
     np.testing.assert_allclose(curves(axes)["cable"].get_xydata(), places[:, [0, 2]], atol=1e-9)
     np.testing.assert_allclose(curves(axes)["chord"].get_xydata(), [[0, 0], [185.8, 0]], atol=1e-12)
     assert curves(axes)["cable"].get_ydata().min() == pytest.approx(-carlina.statics.sag, rel=1e-12)
@@ -147,7 +147,7 @@ def test_static_form_draws_the_shape_the_chord_and_the_sag(carlina):
 def test_an_inclined_cable_is_true_to_scale_and_its_sag_drawn_apart():
     case = case_of("carlina-inclined")
     whole, apart = draw(plots.static_form(case)).axes
-    places, _ = report.shape(case, np.linspace(0.0, 1.0, 401))
+    places = points_along(case.form, np.linspace(0.0, 1.0, 401)) + case.end_1
     np.testing.assert_allclose(curves(whole)["cable"].get_ydata(), places[:, 2], atol=1e-9)
     assert whole.get_aspect() == 1
     x, z = places[:, 0], places[:, 2]

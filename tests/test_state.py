@@ -8,7 +8,6 @@ from scenes import INCLINED, PAPER, SAGGING, cells, scene
 
 from cablestudy.cable import catenary, equilibrium
 from cablestudy.cable.meshes import mesh_segments
-from cablestudy.cable.state import interpolate
 from cablestudy.study.cable_columns import over_strength
 from cablestudy.study.one_cable.case import CableCase
 
@@ -43,7 +42,7 @@ def test_bars_against_the_exact_chain(name):
     assert state.end_forces("global").sum(axis=0) == pytest.approx(total, abs=1e-9 * state.max_tension)
     places = np.array([0.0, 0.19, 0.2, 1.0])
     exact = [tension[0, 0], tension[7, 12000], tension[7, -1], tension[-1, -1]]
-    assert interpolate(state, places)[1] == pytest.approx(exact, rel=1e-9)
+    assert state.at(places)[1] == pytest.approx(exact, rel=1e-9)
 
 
 @pytest.mark.parametrize("span", [paper_span(), paper_span(230.0), chord_span(100, -50, -0.4, 1e5, 2.0)])

@@ -117,14 +117,14 @@ def test_closed_forms_give_statics_or_frequencies_on_the_static_stiffness():
 def test_the_static_stiffness_of_a_pendulum_is_that_of_textbooks(pendulum):
     model = load_scene(pendulum)[1]
     (found,) = (one for one in trade.models_of(model, columns("frequency_1")) if one.name == "static stiffness")
-    _, values, _, failures = found.solve(model, columns("frequency_1", "frequency_3", "bob.frequency_3"))
-    assert failures == {}
+    row = found.solve(model, columns("frequency_1", "frequency_3", "bob.frequency_3"))
+    assert row.failures == {}
     rod, length = 1e-4 * 4.0, 4.0 * (1 + 30 * 9.81 / 1e5)
     sway = np.sqrt((30 + rod / 2) * 9.81 / length / (30 + rod / 3)) / (2 * np.pi)
     heave = np.sqrt(1e5 / 4.0 / (30 + rod / 3)) / (2 * np.pi)
-    assert values["frequency_1"] == pytest.approx(sway, rel=1e-5)
-    assert values["frequency_3"] == pytest.approx(heave, rel=1e-9)
-    assert values["bob.frequency_3"] == pytest.approx(heave, rel=1e-9)
+    assert row.cells["frequency_1_Hz"] == pytest.approx(sway, rel=1e-5)
+    assert row.cells["frequency_3_Hz"] == pytest.approx(heave, rel=1e-9)
+    assert row.cells["bob.frequency_3_Hz"] == pytest.approx(heave, rel=1e-9)
 
 
 def test_the_reference_of_the_motion_in_the_wind_is_as_exact_as_it_states(pendulum):

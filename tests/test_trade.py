@@ -160,14 +160,14 @@ def test_irvine_is_his_formula():
         "outofplane_frequency_3": string[2],
         "axial_frequency_2": taut_string.axial_frequencies(2, PAPER.length, PAPER.stiffness, PAPER.mass)[1],
     }
-    _, values, _, failures = named("Irvine")[0].solve(PAPER.scene(), columns(*wanted))
-    assert failures == {}
+    row = named("Irvine")[0].solve(PAPER.scene(), columns(*wanted))
+    assert row.failures == {}
     for name, value in wanted.items():
-        assert values[name] == pytest.approx(value, rel=1e-6), name  # the tension is that of 40 bars
+        assert row.cells[find(name).header] == pytest.approx(value, rel=1e-6), name  # the tension is that of 40 bars
     loaded = scene("cable.loads=[{at: 50 m, force: [0, 0, -1]}]")
-    _, values, _, failures = named("Irvine")[0].solve(loaded, columns("cable_frequency", "end_stiffness"))
-    assert values == {}
-    assert "no point loads" in failures["cable_frequency"]
+    row = named("Irvine")[0].solve(loaded, columns("cable_frequency", "end_stiffness"))
+    assert row.cells == {}
+    assert "no point loads" in str(row.failures["cable_frequency_Hz"])
 
 
 def test_modes_alone_have_the_stiffness_of_the_papers_truncation():

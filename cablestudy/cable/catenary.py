@@ -147,11 +147,6 @@ class Catenary(SegmentedCable):
         return (total * self.segments.fraction).sum(axis=-1)
 
     @property
-    def stretched_length(self):
-        """Stretched length of the cable, shape (...). [m]"""
-        return self.span.unstretched_length * (1 + self.mean_tension / self.span.axial_stiffness)
-
-    @property
     def middle_tension(self):
         """Tension vector at mid-length, global axes, from which `solve` can begin again, shape (..., 3). [N]"""
         forces = self.end_forces("global")
@@ -198,12 +193,6 @@ class Catenary(SegmentedCable):
             stiffness = np.where(folded[..., None, None] & transverse, 0.0, stiffness)
         slack = self.slack
         return np.where(slack[..., None, None], 0.0, stiffness) if slack.any() else stiffness
-
-    @cached_property
-    def global_end_stiffness(self):
-        """`end_stiffness` along x, y, z. [N/m]"""
-        frame = self.span.frame
-        return np.swapaxes(frame, -1, -2) @ self.end_stiffness @ frame
 
     @property
     def folded(self):

@@ -52,18 +52,20 @@ def reach_beyond_ends(cable):
     return np.where(upright, 0.0, beyond)
 
 
-def midspan(cable):
+def midspan(cable, upright=0.5):
     """Place of mid-span along a cable: the point halfway, horizontally, between its ends, where sag is measured.
 
     Parameters
     ----------
     cable : Catenary or State
         Equilibrium in closed form, or by finite elements.
+    upright : float or ndarray, shape (...)
+        Place where the chord is vertical. [-]
 
     Returns
     -------
     ndarray, shape (...)
-        Arc length of this point over the unstretched length; 1/2 where the chord is vertical. [-]
+        Arc length of this point over the unstretched length. [-]
 
     Notes
     -----
@@ -72,7 +74,7 @@ def midspan(cable):
     chord = cable.span.frame[..., 0, :2] * np.asarray(cable.span.chord)[..., None]
     run = np.hypot(chord[..., 0], chord[..., 1])  # horizontal distance of the ends
     along_run = chord / np.where(run > 0, run, 1.0)[..., None]
-    position = np.full(run.shape, 0.5)
+    position = np.array(np.broadcast_to(upright, run.shape), dtype=float)
 
     def beyond_half(trial, index):
         """Horizontal distance from mid-span to some of the cables at an arc length, positive towards end 2. [m]"""

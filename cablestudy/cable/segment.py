@@ -234,7 +234,7 @@ class SegmentedCable:
     """Tensions of a cable in equilibrium whose tension vector is linear along each of its segments or elements.
 
     A subclass has `span`, `mid_forces`, the tension vectors at mid-segment, chord frame, shape (..., k, 3) [N], and
-    `segment_weights`, shape (..., k) [N].
+    `segment_weights`, shape (..., k) [N]. A continuous cable has `mean_tension` and `end_stiffness` too.
     """
 
     @property
@@ -268,6 +268,17 @@ class SegmentedCable:
         sags = np.abs(vertical) < self.segment_weights / 2
         least = np.minimum(self.edge_tensions[..., 0], self.edge_tensions[..., 1])
         return np.where(sags, horizontal, least).min(axis=-1)
+
+    @property
+    def stretched_length(self):
+        """Stretched length of a continuous cable, shape (...). [m]"""
+        return self.span.unstretched_length * (1 + self.mean_tension / self.span.axial_stiffness)
+
+    @cached_property
+    def global_end_stiffness(self):
+        """`end_stiffness` of a continuous cable along x, y, z, shape (..., 3, 3). [N/m]"""
+        frame = self.span.frame
+        return np.swapaxes(frame, -1, -2) @ self.end_stiffness @ frame
 
     @property
     def half_changes(self):

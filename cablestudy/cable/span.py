@@ -205,6 +205,15 @@ class Span:
             return vectors
         return np.ascontiguousarray(vectors) @ self.frame  # products round by the order of their entries in memory
 
+    def stiffness_along(self, stiffness, axis, moved=None):
+        """Stiffness along a global axis (0, 1, 2: x, y, z) from matrices in the chord frame, shape (..., 3, 3). [N/m]
+
+        By a displacement along the same axis, or along axis `moved`. Without a matrix product, whose rounding would
+        depend on the number of cables.
+        """
+        direction, displacement = self.frame[..., axis], self.frame[..., axis if moved is None else moved]
+        return sum(direction[..., i] * stiffness[..., i, j] * displacement[..., j] for i in range(3) for j in range(3))
+
     def take(self, index):
         """`Span` of several cables of a batch of shape (n,), or of one.
 

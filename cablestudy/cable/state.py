@@ -5,7 +5,6 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.cable.bracketing import zeros_between
 from cablestudy.cable.element import Mesh, basis, lagrange
 from cablestudy.cable.segment import SegmentedCable
 from cablestudy.cable.span import Span
@@ -74,84 +73,27 @@ class State(SegmentedCable):
         return self.mesh.edges
 
     def at(self, positions):
-        """Displacements and tensions along one cable, by `interpolate`; tensions are sizes, not vectors."""
-        return interpolate(self, positions)
+        """Displacement and tension at any positions along cables, from values at nodes and Gauss points.
 
+        Parameters
+        ----------
+        positions : ndarray, shape (..., j)
+            Unstretched arc length over unstretched length; at a point load it means the side of end 1. [-]
 
-def interpolate(state, positions):
-    """Interpolate displacement and tension at any positions along cables, from values at nodes and Gauss points.
-
-    Parameters
-    ----------
-    state : State
-        Elements in equilibrium, fields of shape (...).
-    positions : ndarray, shape (..., j)
-        Unstretched arc length over unstretched length; at a point load it means the side of end 1. [-]
-
-    Returns
-    -------
-    displacement : ndarray, shape (..., j, 3)
-        From the straight chord to the cable, over the unstretched length, in the chord frame. [-]
-    tension : ndarray, shape (..., j)
-        Size of the tension vector, which changes linearly along each element by its weight; the change by an `uneven`
-        load within the element is neglected. [N]
-    """
-    positions = np.broadcast_to(positions, (*np.shape(state.force), np.shape(positions)[-1]))
-    element, local = state.mesh.located(positions)  # index of the element, and position in it from 0 to 1
-    middle = np.take_along_axis(state.mid_forces, element[..., None], axis=-2)
-    weight = np.take_along_axis(state.segment_weights, element, axis=-1)
-    force = middle + ((local - 0.5) * weight)[..., None] * np.asarray(state.span.up)[..., None, :]
-    return _displacement(state.mesh, state.displacement, element, local), np.sqrt((force**2).sum(axis=-1))
-
-
-def _displacement(mesh, displacement, element, local):
-    """Displacements at positions in elements, shape (..., j, 3), interpolated from those of the nodes.
-
-    `element` and the position `local` in it, both of shape (..., j), are as in `Mesh.located`.
-    """
-    nodes = mesh.element_nodes[element]  # shape (..., j, p + 1)
-    nodal = np.take_along_axis(displacement, nodes.reshape(*nodes.shape[:-2], -1, 1), axis=-2)
-    return (lagrange(basis(mesh.order).nodes, local)[..., None] * nodal.reshape(*nodes.shape, 3)).sum(axis=-2)
-
-
-def sag(state, start):
-    """Vertical distance from the chord down to each cable of elements at mid-span, halfway along the horizontal.
-
-    Mid-span is searched for along the elements, unless `start` is there already to rounding. A vertical cable has no
-    mid-span: its sag is taken at `start`.
-
-    Parameters
-    ----------
-    state : State
-        Elements in equilibrium; fields of shape (n,), or of one cable.
-    start : ndarray, shape (n,) or ()
-        Mid-span of the same cable in closed form: arc length over unstretched length (`Catenary.middle`). [-]
-
-    Returns
-    -------
-    ndarray, shape (n,) or ()
-        [m]
-    """
-    if not np.shape(state.force):
-        return sag(state.take(None), np.array([start]))[0]
-    span = state.span
-    stretch, cosine, sine = (np.asarray(field) for field in (1 + span.chord_strain, span.cosine, span.sine))
-
-    def from_mid_chord(position, index):
-        """Vectors from the middle of the chord to m of the cables, chord frame, (m, 3), in unstretched lengths."""
-        element, local = state.mesh.located(position[:, None])
-        vector = _displacement(state.mesh, state.displacement[index], element, local)[:, 0]
-        vector[:, 0] += stretch[index] * (position - 0.5)
-        return vector
-
-    def horizontal_distance(position, index):
-        vector = from_mid_chord(position, index)
-        return vector[:, 0] * cosine[index] - vector[:, 1] * sine[index]
-
-    position, all_cables = np.array(start, dtype=float), np.arange(len(stretch))
-    # neither upright, where no distance is horizontal, nor already there, except for rounding
-    unsolved = np.flatnonzero((cosine > 1e-9) & (np.abs(horizontal_distance(position, all_cables)) > 1e-16))
-    if len(unsolved):
-        ends = np.zeros(len(unsolved)), np.ones(len(unsolved))
-        position[unsolved] = zeros_between(horizontal_distance, *ends, unsolved)
-    return -(from_mid_chord(position, all_cables) * span.up).sum(axis=-1) * span.unstretched_length
+        Returns
+        -------
+        displacement : ndarray, shape (..., j, 3)
+            From the straight chord to the cable, over the unstretched length, in the chord frame. [-]
+        tension : ndarray, shape (..., j)
+            Size of the tension vector, which changes linearly along each element by its weight; the change by an
+            `uneven` load within the element is neglected. [N]
+        """
+        positions = np.broadcast_to(positions, (*np.shape(self.force), np.shape(positions)[-1]))
+        element, local = self.mesh.located(positions)  # index of the element, and position in it from 0 to 1
+        middle = np.take_along_axis(self.mid_forces, element[..., None], axis=-2)
+        weight = np.take_along_axis(self.segment_weights, element, axis=-1)
+        force = middle + ((local - 0.5) * weight)[..., None] * np.asarray(self.span.up)[..., None, :]
+        nodes = self.mesh.element_nodes[element]  # shape (..., j, p + 1)
+        nodal = np.take_along_axis(self.displacement, nodes.reshape(*nodes.shape[:-2], -1, 1), axis=-2)
+        shares = lagrange(basis(self.mesh.order).nodes, local)[..., None]
+        return (shares * nodal.reshape(*nodes.shape, 3)).sum(axis=-2), np.sqrt((force**2).sum(axis=-1))

@@ -9,7 +9,7 @@ from typing import Annotated, ClassVar, get_args, get_origin
 from pydantic import AfterValidator, BaseModel, ConfigDict, StringConstraints, TypeAdapter, model_validator
 from pydantic_core import PydanticCustomError, core_schema
 
-from cablestudy.scene.layers import ALTERNATIVES, OF_CABLE, OF_SECTION, item_of
+from cablestudy.scene.layers import ALTERNATIVES, OF_CABLE, OF_SECTION, value_at
 from cablestudy.scene.tolerances import SCENE
 from cablestudy.scene.units import DIMENSIONS, article, expected, show, to_si
 
@@ -356,15 +356,6 @@ def _with_components(default, value):
     if not sets_components:
         return value
     return [value.get(index, component) for index, component in zip(indices, default, strict=True)]
-
-
-def value_at(node, path):
-    """The value at a path in a table, mapping or tuple; None when nothing is there."""
-    if not path:
-        return node
-    if isinstance(node, KeyTable):
-        return node.value_at(path)
-    return value_at(item_of(node, path[0]), path[1:])
 
 
 def with_value(node, path, value):

@@ -253,8 +253,10 @@ def is_set(value, path):
 
 
 def value_at(value, path):
-    """The value at a path of mappings and lists; None when nothing is there."""
-    for key in path:
+    """The value at a path of mappings, lists, tuples and tables that were read; None when nothing is there."""
+    for depth, key in enumerate(path):
+        if hasattr(value, "value_at"):
+            return value.value_at(path[depth:])
         value = item_of(value, key)
     return value
 

@@ -134,11 +134,6 @@ class CommonLoadCase(KeyTable):
     ice: Ice | None = Field(None, description="Ice, or any other load per length")
     wind: SteadyWind | None = Field(None, description="Steady wind on cables, and on the gondola or the bodies")
 
-    @property
-    def grows_with_height(self):
-        """True if the wind is not the same at all heights."""
-        return self.wind is not None and bool(self.wind.exponent)
-
     def elongation(self, cable):
         """Relative change of the unstretched length of a cable by the temperature. [-]"""
         if self.temperature is None or cable.expansion is None:

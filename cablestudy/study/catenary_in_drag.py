@@ -232,11 +232,6 @@ class CatenaryInDrag(SegmentedCable):
 
         return self.catenary.horizontal_tension + self._mean_change(horizontal)
 
-    @property
-    def stretched_length(self):
-        """Stretched length of the cable, shape (...). [m]"""
-        return self.span.unstretched_length * (1 + self.mean_tension / self.span.axial_stiffness)
-
     def flexibility_between(self, positions):
         """Movement of one end of each part of a cable per force, see `Catenary.flexibility_between`."""
         width, nodes = np.diff(positions), gauss_nodes()
@@ -259,12 +254,6 @@ class CatenaryInDrag(SegmentedCable):
         length, entries = self.span.unstretched_length, zip(self.catenary.flexibility, actual, uniform, strict=True)
         changed = inverse_symmetric(tuple(entry + length * (new - old) for entry, new, old in entries))
         return np.where((self.slack | self.folded)[..., None, None], self.catenary.end_stiffness, changed)
-
-    @cached_property
-    def global_end_stiffness(self):
-        """`end_stiffness` along x, y, z. [N/m]"""
-        frame = self.span.frame
-        return np.swapaxes(frame, -1, -2) @ self.end_stiffness @ frame
 
     # ------------------------------------------------------------------- changes of the form in uniform drag
 

@@ -3,11 +3,11 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from math import isnan
 
-from cablestudy.errors import CablestudyError, NoSolutionError, one_line
+from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.study.column import DISCRETE, least_work_first, value_and_error
 from cablestudy.study.refinement import with_accuracy
+from cablestudy.study.table_rows import Row
 
 LEVELS = ((1, 16), (1, 24), (1, 32), (1, 48), (2, 48), (4, 48), (8, 48), (16, 48))  # elements a segment, order
 BARS = (5, 10, 20, 40, 80, 160, 320, 640)
@@ -33,39 +33,21 @@ class ComparedModel:
     count_dof: Callable = lambda case: case.size  # case -> number of free displacements
 
     def solve(self, scene, columns):
-        """Compute result columns of a scene with this model.
+        """`Row` of the columns of a scene by this model; its case is None where the model cannot be built.
 
         Parameters
         ----------
         scene : CableScene or SuspensionScene
         columns : sequence of Column
-
-        Returns
-        -------
-        case : CableCase, SuspensionCase or None
-            The scene with this model; None if it cannot be built.
-        values : dict
-            Column name -> value.
-        stated : dict
-            Column name -> relative error that the model itself states; only of columns of which it states one. [-]
-        failures : dict
-            Column name -> reason why the column has no value.
         """
-        values, stated, failures = {}, {}, {}
+        row = Row(None)
         try:
-            case = self.build(scene, columns)
+            row.case = self.build(scene, columns)
         except CablestudyError as failure:
-            return None, values, stated, {column.name: one_line(failure) for column in columns}
+            row.fail(columns, failure)
         for column in least_work_first(columns):
-            try:
-                values[column.name], error = self.compute(column, case)
-            except CablestudyError as failure:
-                failures[column.name] = one_line(failure)
-                continue
-            if error is not None and not isnan(error):
-                stated[column.name] = float(error)
-        failures = {column.name: failures[column.name] for column in columns if column.name in failures}
-        return case, values, stated, failures
+            row.compute(column, self.compute)
+        return row
 
 
 def static_value(column, case):

@@ -11,7 +11,7 @@ from threading import Thread
 
 import numpy as np
 
-from cablestudy.errors import CablestudyError, NoSolutionError, SceneError, one_line
+from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.scene.words import counted, first_of
 from cablestudy.study.find import KeyValues, column_values, solve
 from cablestudy.study.goal import goal_of_study
@@ -51,10 +51,8 @@ def evaluate_found(study, tables, columns, explain=False, estimate=False):
     key_values, solved, rows = {}, [], {}  # case -> value of the key; its table; (numbers, status, errors, notes)
     cases = [case for table in tables for case in table.cases.tolist()]
     for case, solution in zip(cases, _solutions(study, goal, tables, cases), strict=True):
-        if isinstance(solution, SceneError):
+        if isinstance(solution, CablestudyError):
             rows[case] = empty, solution.without_places, {}, ()
-        elif isinstance(solution, CablestudyError):
-            rows[case] = empty, one_line(solution), {}, ()
         else:
             key_values[case], scene = solution
             solved.append(CaseTable(np.array([case]), scene, {}))

@@ -329,7 +329,4 @@ def pushed_ends(form_at, force):
 def holding_force(cables):
     """Force that holds end 2 along x [N], its slope [N/m], largest tension [N] and chord [m], each of shape (n,)."""
     force = -cables.end_forces("global")[..., 1, 0]
-    x_axis = cables.span.frame[..., 0]
-    # without a matrix product, whose rounding would depend on the number of cables
-    slope = sum(x_axis[..., i] * cables.end_stiffness[..., i, j] * x_axis[..., j] for i in range(3) for j in range(3))
-    return force, slope, cables.max_tension, cables.span.chord
+    return force, cables.span.stiffness_along(cables.end_stiffness, 0), cables.max_tension, cables.span.chord

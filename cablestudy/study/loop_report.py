@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from cablestudy.control.curves import by_parts
+from cablestudy.control.margins import sensitivity
 from cablestudy.control.response import Phase
 from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.study.column import require
@@ -114,9 +115,8 @@ def curves(closed_loop, frequency):
     """Loop gain L, sensitivity S = (I + L)^-1 and complementary sensitivity T = S L, complex, shape (3, m, k, k)."""
     loop_gains = loop_gain(closed_loop, frequency)
     with np.errstate(divide="ignore", invalid="ignore"):  # on the pole of an undamped mode L is infinite
-        return_difference = np.eye(loop_gains.shape[-1]) + loop_gains
-        sensitivity = np.linalg.inv(return_difference) if loop_gains.shape[-1] > 1 else 1 / return_difference
-        return np.stack([loop_gains, sensitivity, sensitivity @ loop_gains])
+        of_loops = sensitivity(loop_gains)
+        return np.stack([loop_gains, of_loops, of_loops @ loop_gains])
 
 
 def singular_values(value):

@@ -5,10 +5,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.cable.geometry import midspan, sag_and_swing
-from cablestudy.cable.state import interpolate, sag
 from cablestudy.cable.tolerances import CABLE
-from cablestudy.errors import NoSolutionError
-from cablestudy.study.column import SHAPELESS
 from cablestudy.study.tolerances import STUDY
 
 
@@ -63,38 +60,12 @@ class ClosedStatics:
         """Vertical distance from chord to cable at mid-span, shape (...). [m]"""
         return self._catenary.sag
 
-    def shape(self, positions):
-        """Static form of one cable at points along it: displacement from the chord, and tension.
-
-        Parameters
-        ----------
-        positions : ndarray, shape (j,)
-            s: arc length of each of j points from end 1, divided by the unstretched length. [-]
-
-        Returns
-        -------
-        displacement : ndarray, shape (j, 3)
-            Vector from the point at the share s of the chord to the cable, divided by the unstretched length. Chord
-            frame: along the chord, across it, sideways. [-]
-        tension : ndarray, shape (j,)
-            Tensions. [N]
-
-        Raises
-        ------
-        NoSolutionError
-            A part of the cable is slack.
-        """
-        if np.any(self._catenary.slack):
-            raise NoSolutionError(SHAPELESS)
-        displacement, tension = self._catenary.at(positions)
-        return displacement, np.sqrt((tension**2).sum(axis=-1))
-
 
 class ElementStatics:
     """Statics of elements in equilibrium, of one cable or with an axis of cases; attributes as in `ClosedStatics`.
 
     From a `State`, its `Record`, and the arc length at mid-span of the continuous cables over the unstretched length,
-    shape (...). [-]
+    shape (...), where the sag of an upright cable is measured. [-]
     """
 
     def __init__(self, state, record, middle):
@@ -117,14 +88,7 @@ class ElementStatics:
     @property
     def sag(self):
         """Vertical distance from chord to cable at mid-span, shape (...). [m]"""
-        state = self._state
-        swung = np.asarray(state.span.vertical)[..., 2] != 1  # by the wind, out of the vertical plane
-        in_plane_sag = sag(state, self._middle)
-        return np.where(swung, sag_and_swing(state, midspan(state))[0], in_plane_sag) if swung.any() else in_plane_sag
-
-    def shape(self, positions):
-        """Static form of one cable, see `ClosedStatics.shape`."""
-        return interpolate(self._state, positions)
+        return sag_and_swing(self._state, midspan(self._state, self._middle))[0]
 
 
 def tensions_by_end_2(form, stiffness):

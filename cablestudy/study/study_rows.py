@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from cablestudy.errors import SceneError
+from cablestudy.errors import CablestudyError, SceneError
 from cablestudy.study.limits import columns_by_case, least_margin, limits_of, unanswered
 from cablestudy.study.scene_kind import kind_of
 from cablestudy.study.table_rows import has_answer
@@ -61,7 +61,7 @@ def _rows_of_cases(scenes, limits):
 
 def _with_limits(row, checks):
     """A `Row` with the cells of the columns of limits, and notes on undecided ones, from its item of `checks_of`."""
-    refused = isinstance(checks, SceneError)
+    refused = isinstance(checks, CablestudyError)
     reason = checks.without_places if refused else unanswered(checks)
     doubts = () if refused else [line for check in checks for line in check.doubts]
     least = None if reason else min(checks, key=lambda check: check.margin)

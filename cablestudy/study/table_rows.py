@@ -108,12 +108,12 @@ class Row:
             if column.header not in self.cells:
                 self.failures.setdefault(column.header, error)
 
-    def compute(self, column):
-        """Compute a column by `value_and_error`, with the error that is stated, or why there is no value."""
+    def compute(self, column, compute=value_and_error):
+        """Compute a column, by default by `value_and_error`, with the stated error, or why there is no value."""
         if column.header in self.failures:
             return
         try:
-            number, error = value_and_error(column, self.case)
+            number, error = compute(column, self.case)
         except CablestudyError as failure:
             self.failures[column.header] = failure
             return

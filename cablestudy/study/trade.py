@@ -263,10 +263,12 @@ class Measurement:
         """
         self.family, self.name = model.family, model.name
         self._model, self._scene, self._columns = model, scene, columns
-        results, seconds = self._run(columns)  # to warm up; this time counts where the model is slow
-        case, values, self.stated, failures = results
+        row, seconds = self._run(columns)  # to warm up; this time counts where the model is slow
+        values = {column.name: row.cells[column.header] for column in columns if column.header in row.cells}
+        stated = {column.name: row.errors.get(column.header) for column in columns}
+        self.stated = {name: error for name, error in stated.items() if error is not None}
         try:
-            self.dof = None if case is None else model.count_dof(case)
+            self.dof = None if row.case is None else model.count_dof(row.case)
         except CablestudyError:
             self.dof = None
         # name of a column -> times for it alone, filled by `repeat`; "" -> times for all columns together
@@ -278,8 +280,9 @@ class Measurement:
             for name, number in values.items()
         }
         reasons = {}
-        for name, reason in failures.items():
-            reasons.setdefault(reason, []).append(name)
+        for column in columns:
+            if column.header in row.failures:
+                reasons.setdefault(one_line(row.failures[column.header]), []).append(column.name)
         self.status = "; ".join(f"{', '.join(names)}: {reason}" for reason, names in reasons.items()) or "ok"
 
     def repeat(self):
@@ -295,8 +298,8 @@ class Measurement:
     def _run(self, columns):
         """Result of `ComparedModel.solve`, and its processor time, which other programs hardly change. [s]"""
         start = time.process_time()
-        results = self._model.solve(self._scene, columns)
-        return results, time.process_time() - start
+        row = self._model.solve(self._scene, columns)
+        return row, time.process_time() - start
 
     @cached_property
     def time(self):

@@ -11,7 +11,7 @@ from references import continuous_cable
 from cablestudy.cable import catenary
 from cablestudy.cable.dynamics import Dynamics
 from cablestudy.cable.element import basis
-from cablestudy.cable.state import sag
+from cablestudy.cable.geometry import midspan, sag_and_swing
 
 CABLES = {
     "taut": paper_span(),
@@ -45,8 +45,7 @@ def test_statics(span):
     assert np.abs(state.displacement - places).max() < 1e-9 * depth
     mean = float(basis(16).weights @ state.tension[0]) * state.force
     assert mean == pytest.approx(exact.mean_tension(), rel=1e-9)
-    start = float(catenary.solve(span).middle)
-    assert sag(state, start) == pytest.approx(exact.sag(), rel=1e-9)
+    assert sag_and_swing(state, midspan(state))[0] == pytest.approx(exact.sag(), rel=1e-9)
 
 
 def lowest(span, count, **loads):

@@ -305,19 +305,10 @@ class CableCase(ComparedCase):
         computed = {id(self.computed[name]): self.computed[name] for name in MOTIONS if name in self.computed}
         return sum(dynamics.dof for dynamics in computed.values())
 
-    @cached_property
-    def end_stiffness(self):
-        """Static stiffness of end 2, end 1 fixed, along x, y, z, shape (3, 3). [N/m]"""
-        in_chord_frame = self.continuous.end_stiffness if self.exact_statics else self.dynamics.end_stiffness
-        frame = self.span.frame
-        stiffness = frame.T @ in_chord_frame @ frame
-        return np.where(np.abs(stiffness) > 1e-15 * np.abs(stiffness).max(), stiffness, 0.0)
-
     @property
     def end_stiffness_chord(self):
         """Static stiffness of end 2 along the chord, end 1 fixed. [N/m]"""
-        along = self.span.frame[0]
-        return float(along @ self.end_stiffness @ along)
+        return float((self.continuous if self.exact_statics else self.dynamics).end_stiffness[0, 0])
 
     def end_stiffness_along(self, axis, moved=None):
         """Static stiffness of end 2, end 1 fixed: force along an axis per displacement along it or another. [N/m]
@@ -332,12 +323,10 @@ class CableCase(ComparedCase):
         if self.exact_statics:
             self.results.check(self.index)
             return float(self.results.end_stiffness_along(axis, moved)[self.index])
-        if moved is not None:
-            return float(self.end_stiffness[axis, moved])
         x, y, z = self.span.frame[:, axis]  # the axis in the chord frame, whose z is across the cable's plane
-        dynamics = self.in_plane if not z else self.dynamics if x or y else self.out_of_plane
-        elements, row = self.model
-        return elements.end_stiffness_along(dynamics.planes, axis)[row]
+        oblique = moved is not None or (z and (x or y))
+        dynamics = self.dynamics if oblique else self.out_of_plane if z else self.in_plane
+        return float(self.span.stiffness_along(dynamics.end_stiffness, axis, moved))
 
     @computed_together
     def frequencies_asked_for(cases):

@@ -15,7 +15,7 @@ from cablestudy.cable.tolerances import CABLE
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.column import LIMP
 from cablestudy.study.one_cable.loaded_cables import LoadedCables
-from cablestudy.study.one_cable.results import NO_MOTION, Results, along
+from cablestudy.study.one_cable.results import NO_MOTION, Results
 from cablestudy.study.statics import ElementStatics
 from cablestudy.study.tolerances import STUDY
 
@@ -37,7 +37,7 @@ class BatchElements:
 
     def __init__(self, state, record, span, elements):
         self.state, self.record, self.span, self._elements = state, record, span, elements
-        self._dynamics, self._ends, self._stiffness = {}, {}, {}
+        self._dynamics, self._ends = {}, {}
 
     def dynamics(self, planes):
         """`Dynamics` of all cables."""
@@ -54,13 +54,6 @@ class BatchElements:
             dynamics = self.dynamics(planes)
             self._ends[planes] = Ends(dynamics, self.span.frame, min(dynamics.dof, STUDY.modes_at_ends))
         return self._ends[planes]
-
-    def end_stiffness_along(self, planes, axis):
-        """Static stiffness of end 2 along x, y or z, of each cable moving in some planes. [N/m]"""
-        if (planes, axis) not in self._stiffness:
-            stiffness = along(self.span, self.dynamics(planes).end_stiffness, axis)
-            self._stiffness[planes, axis] = stiffness.tolist()
-        return self._stiffness[planes, axis]
 
     def take(self, indices):
         """`BatchElements` of the cables at some indices, shape (m,)."""
@@ -277,7 +270,7 @@ class ElementResults(Results):
             planar = bool(self.planar.all())  # or none is: they are on one mesh
             in_plane = planar and not self.span.frame[:, 2, list(key)].any()
             planes = (IN_PLANE,) if in_plane else PLANAR if planar else (SPATIAL,)
-            self._along[key] = along(self.span, self.models.dynamics(planes).end_stiffness, *key)
+            self._along[key] = self.span.stiffness_along(self.models.dynamics(planes).end_stiffness, *key)
         return self._along[key]
 
     @property

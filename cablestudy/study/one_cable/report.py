@@ -2,8 +2,10 @@
 
 import numpy as np
 
+from cablestudy.cable.geometry import points_along
+from cablestudy.errors import NoSolutionError
 from cablestudy.study.cable_columns import COLUMNS
-from cablestudy.study.column import CLOSED, lacking_key
+from cablestudy.study.column import CLOSED, SHAPELESS, lacking_key
 from cablestudy.study.table import Field, Table
 from cablestudy.study.tolerances import STUDY
 
@@ -37,18 +39,24 @@ def shape_table(case):
         positions = np.linspace(0.0, 1.0, STUDY.shape_points)
     else:
         positions = case.state.mesh.node_positions
-    columns = columns_along(case.span, positions, *shape(case, positions))
+    if case.exact_statics and case.form.slack:
+        raise NoSolutionError(SHAPELESS)
+    columns = columns_along(case.form, case.end_1, positions)
     for word, deflection in deflections.items():
         components = zip("xyz", (deflection @ case.span.frame).T, strict=True)
         columns |= {f"{word}_{axis}_m": component for axis, component in components}
     return Table(fields_along(columns), rows_along(columns))
 
 
-def columns_along(span, positions, coordinates, tension):
-    """Header -> values along a cable: arc length, coordinates, tension."""
-    columns = {"s_m": positions * float(span.unstretched_length)}
+def columns_along(cable, end_1, positions):
+    """Header -> values along a `Catenary` or `State` from its end 1 [m]: arc length, global coordinates, tension.
+
+    `positions`, shape (j,), are shares of the unstretched length.
+    """
+    coordinates, tension = points_along(cable, positions) + end_1, cable.at(positions)[1].reshape(len(positions), -1)
+    columns = {"s_m": positions * float(cable.span.unstretched_length)}
     columns |= {f"{axis}_m": coordinate for axis, coordinate in zip("xyz", coordinates.T, strict=True)}
-    return columns | {"tension_N": tension}
+    return columns | {"tension_N": np.linalg.norm(tension, axis=-1)}
 
 
 def fields_along(headers):
@@ -60,18 +68,6 @@ def fields_along(headers):
 def rows_along(columns):
     """Rows of a table: list of dict header -> number, from header -> array."""
     return [dict(zip(columns, map(float, values), strict=True)) for values in zip(*columns.values(), strict=True)]
-
-
-def shape(case, positions):
-    """Global coordinates [m], shape (j, 3), and tension [N] at shares of the unstretched length."""
-    return form_along(case.statics, case.span, case.end_1, positions)
-
-
-def form_along(statics, span, end_1, positions):
-    """Global coordinates and tension as in `shape`, by the statics of a cable with the position of its end 1 [m]."""
-    displacement, tension = statics.shape(positions)
-    in_chord_frame = displacement + np.outer(positions * (1 + float(span.chord_strain)), [1.0, 0.0, 0.0])
-    return np.asarray(end_1) + in_chord_frame @ span.frame * float(span.unstretched_length), tension
 
 
 def mode_table(case, modes):

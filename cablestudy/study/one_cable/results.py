@@ -180,7 +180,7 @@ class Results:
         """Static stiffness of end 2, end 1 fixed, shape (n,); see `CableCase.end_stiffness_along`. [N/m]"""
         key = axis, axis if moved is None else moved
         if key not in self._along:
-            self._along[key] = along(self.span, self.form.end_stiffness, *key)
+            self._along[key] = self.span.stiffness_along(self.form.end_stiffness, *key)
         return self._along[key]
 
     @property
@@ -384,13 +384,3 @@ class Results:
     def _edges(self):
         """`pieces` of all cables that have motion, others whole: list."""
         return edges_of_pieces(self.catenary, ~self.folded & self.catenary.record.converged)
-
-
-def along(span, stiffness, axis, moved=None):
-    """Stiffness along a global axis (0, 1, 2: x, y, z) from a matrix in the chord frame, shape (..., 3, 3). [N/m]
-
-    By a displacement along the same axis, or along axis `moved`. Without a matrix product, whose rounding would depend
-    on the number of cables.
-    """
-    direction, displacement = span.frame[..., axis], span.frame[..., axis if moved is None else moved]
-    return sum(direction[..., i] * stiffness[..., i, j] * displacement[..., j] for i in range(3) for j in range(3))

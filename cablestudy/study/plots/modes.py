@@ -106,7 +106,7 @@ def mode_shapes(case, modes, share=None):
     """
     shown = _of_cable(case, modes, min(len(modes), MOST_MODES))
     chord = float(case.span.chord)
-    depth = float(np.abs(case.statics.shape(np.linspace(0.0, 1.0, 401))[0][:, 1]).max() * case.span.unstretched_length)
+    depth = float(np.abs(case.form.at(np.linspace(0.0, 1.0, 401))[0][:, 1]).max() * case.span.unstretched_length)
     # of a sag as it is too large for the paper's 0.1 m, of a chord too small
     if depth * 0.2 > PAPER_PEAK:
         peak = style.nice(0.3 * depth)
@@ -118,7 +118,7 @@ def mode_shapes(case, modes, share=None):
 def _of_cable(case, modes, count):
     """`ModeDrawing` of each of the first modes of a cable, in directions along, across and sideways of its chord."""
     positions, shapes = interpolate_elements(case.state.mesh, modes.shapes[..., :count])
-    places = case.statics.shape(positions)[0] * float(case.span.unstretched_length)
+    places = case.form.at(positions)[0] * float(case.span.unstretched_length)
     places[:, 0] += positions * float(case.span.chord)
     tangent = np.gradient(places, positions, axis=0)
     tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)

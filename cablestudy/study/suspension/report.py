@@ -1,7 +1,6 @@
 """Tables of the commands static and modes for a suspension."""
 
 from dataclasses import replace
-from math import isnan
 
 import numpy as np
 
@@ -10,10 +9,8 @@ from cablestudy.errors import CablestudyError, Mistakes, NoSolutionError, SceneE
 from cablestudy.scene.scene import missing
 from cablestudy.statics.force_density import cables_without_force_density, find_form
 from cablestudy.statics.suspension import AXES
-from cablestudy.study.column import value_and_error
 from cablestudy.study.notes import comparison_notes
-from cablestudy.study.one_cable.report import STATE, columns_along, fields_along, form_along, rows_along
-from cablestudy.study.statics import ClosedStatics
+from cablestudy.study.one_cable.report import STATE, columns_along, fields_along, rows_along
 from cablestudy.study.suspension.notes import slack_cables
 from cablestudy.study.suspension.numbers import numbers_of
 from cablestudy.study.suspension.part_columns import (
@@ -24,6 +21,7 @@ from cablestudy.study.suspension.part_columns import (
     point_columns,
 )
 from cablestudy.study.table import Field, Table
+from cablestudy.study.table_rows import Row
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.mode_pairs import pair_modes
 from cablestudy.system.tolerances import SYSTEM
@@ -166,16 +164,16 @@ def cells_of(case, columns, failures=None):
     ConvergenceError
         A value is not found to the accuracy.
     """
-    cells, errors = {}, {}
-    for name, column in columns.items():
-        try:
-            cells[name], errors[name] = value_and_error(column, case)
-        except NoSolutionError as error:
-            if failures is None:
-                raise
+    row = Row(case)
+    for column in columns.values():
+        row.compute(column)
+        if error := row.failures.get(column.header):
+            if failures is None or not isinstance(error, NoSolutionError):
+                raise error
             failures.append(str(error))
-            cells[name] = None
-    return cells, {name: error for name, error in errors.items() if not isnan(error)}
+    errors = {name: row.errors.get(column.header) for name, column in columns.items()}
+    cells = {name: row.cells.get(column.header) for name, column in columns.items()}
+    return cells, {name: error for name, error in errors.items() if error is not None}
 
 
 def _field(column, name):
@@ -305,8 +303,7 @@ def shape_table(case, failures):
             continue
         edges = np.cumsum(split(catenary.span).fraction)[:-1]
         positions = np.unique(np.concatenate([np.linspace(0.0, 1.0, STUDY.shape_points), edges]))
-        form = form_along(ClosedStatics(catenary), catenary.span, equilibrium.ends[cable, 0], positions)
-        columns = columns_along(catenary.span, positions, *form)
+        columns = columns_along(catenary, equilibrium.ends[cable, 0], positions)
         rows += [{"cable": name, **row} for row in rows_along(columns)]
     return Table((Field("cable", "cable", label=True), *fields_along(headers)), rows)
 
