@@ -60,9 +60,11 @@ def truth(mass, factor):
 
 def integrals(spectra, height):
     """Integrals of some spectra over frequency [Hz], shape (r,), with panels about the peaks of one of them."""
-    scan = np.geomspace(0.1, 3000, 400_001)
-    height = spectra(scan)[height]
-    peaks = scan[1:-1][(height[1:-1] > height[:-2]) & (height[1:-1] > height[2:])]
+    scan = np.geomspace(0.1, 3000, 20_001)
+    size = spectra(scan)[height]
+    highest = np.flatnonzero((size[1:-1] > size[:-2]) & (size[1:-1] > size[2:]))
+    near = scan[highest, None] * (scan[1] / scan[0]) ** np.linspace(0, 2, 41)  # between both neighbours
+    peaks = near[range(len(near)), spectra(near.ravel())[height].reshape(near.shape).argmax(axis=1)]
     aside = np.geomspace(1e-6, 0.02, 40)
     beside = peaks[:, None] * (1 + np.concatenate([-aside, [0.0], aside]))
     edges = np.union1d(np.geomspace(1e-8, 3000, 400), beside)
