@@ -110,12 +110,12 @@ class Truth:
         of_height = (place[..., 2] / self.wind["at"]) ** (2 * self.wind["exponent"]) if "at" in self.wind else 1.0
         return 0.6 * self.wind["speed"] ** 2 * of_height
 
-    def hanging(self, ends):
-        """Places and tension vectors of the pieces of all cables, whose ends `to` are given."""
-        found = cable_in_wind.solve(
-            self.end_1, ends, self.stiffness, self.length, self.load, self.starts, PIECES, self.loads
-        )
-        self.starts = found[1][0]  # where the next search begins
+    def hanging(self, poses):
+        """Places and tension vectors of the pieces in some poses of the body, (PIECES + 1, poses, cables, 3)."""
+        ends = np.stack([position + self.attached @ rotation.T for position, rotation in poses])
+        cables, starts = (self.stiffness, self.length, self.load), np.broadcast_to(self.starts, ends.shape)
+        found = cable_in_wind.solve(self.end_1, ends, *cables, starts, PIECES, self.loads)
+        self.starts = found[1][0, 0]  # where the next search begins
         return found
 
     def drag(self, position, rotation):
@@ -125,18 +125,17 @@ class Truth:
         size = self.pressure(position + center) * self.blows_on("box")
         return center, rotation @ (1.1 * np.array(self.body["wind"]["area"]) * blows) * size
 
-    def balance(self, position, rotation):
-        """Forces and moments on the body about its reference point, shape (6,), and the pieces of the cables."""
-        forces, arms = self.day["forces"], self.attached @ rotation.T
-        places, tensions = self.hanging(position + arms)
+    def balance(self, position, rotation, pulls):
+        """Forces and moments on the body about its reference point, shape (6,), with tension vectors at its cables."""
+        forces = self.day["forces"]
         loads = [
             (rotation @ self.body["center_of_mass"], [0, 0, -G * self.body["mass"]]), self.drag(position, rotation),
             (np.zeros(3), forces["box"]["force"]), (rotation @ self.body["markers"]["tip"], forces["box.tip"]),
-            *zip(arms, -tensions[-1], strict=True),
+            *zip(self.attached @ rotation.T, -pulls, strict=True),
         ]  # fmt: skip
         force = np.sum([load for _, load in loads], axis=0)
         moment = np.sum([np.cross(arm, load) for arm, load in loads], axis=0) + forces["box"]["moment"]
-        return np.concatenate([force, moment]), (places, tensions)
+        return np.concatenate([force, moment])
 
     def equilibrium(self, position, rotation):
         """Place and attitude in equilibrium, found from a pose nearby, and the pieces of the cables."""
@@ -147,13 +146,22 @@ class Truth:
             whole[moves] = step
             return position + whole[:3], Rotation.from_rotvec(whole[3:]).as_matrix() @ rotation
 
-        found = root(
-            lambda step: self.balance(*pose(step))[0][moves], np.zeros(moves.sum()), tol=1e-10, options={"factor": 0.1}
-        )
+        def left(*steps):
+            """Of some poses, shape (poses, m)."""
+            poses = [pose(step) for step in steps]
+            _, tensions = self.hanging(poses)
+            return np.array([self.balance(*one, pulls)[moves] for one, pulls in zip(poses, tensions[-1], strict=True)])
+
+        def rates(step):
+            at, *moved = left(step, *(step + 1e-7 * np.eye(len(step))))
+            return (np.array(moved) - at).T / 1e-7
+
+        found = root(lambda step: left(step)[0], np.zeros(moves.sum()), jac=rates, tol=1e-10, options={"factor": 0.1})
         place, turned = pose(found.x)
-        left, hanging = self.balance(place, turned)
-        assert np.abs(left[moves]).max() < 1e-7 * np.linalg.norm(hanging[1], axis=-1).max()
-        return place, turned, hanging
+        along, tensions = (part[:, 0] for part in self.hanging([(place, turned)]))
+        size = np.linalg.norm(tensions, axis=-1).max()
+        assert np.abs(self.balance(place, turned, tensions[-1])[moves]).max() < 1e-7 * size
+        return place, turned, (along, tensions)
 
     def columns(self, position, rotation):
         """Columns of the body and its cables in equilibrium, found from a pose nearby: dict."""
