@@ -428,7 +428,7 @@ def test_columns_of_tables_of_results_are_those_that_can_be_asked_for(folder, mo
 
     monkeypatch.setattr("cablestudy.pages.page.Page.results", collect)
     for scene in ("carlina", "line-limits", "zipline", "suspensions/carlina-net-wind"):
-        run("report", CONFIGS / f"{scene}.yaml")
+        run("report", CONFIGS / f"{scene}.yaml", "--set", "model={elements: 3}")
     check_columns(names)
     assert {name for name in names if not (is_column(name) or is_column(f"part.{name}"))} == set(ONLY_IN_TABLES)
 
