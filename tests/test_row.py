@@ -370,10 +370,7 @@ def test_what_has_no_error_is_named():
     """Modal damping grows with the number of modes: there is no continuous cable to compare with."""
     notes = run("windrms", CARLINA, "--explain").err
     assert "motion: estimated error 6.5e-07, of gondola_frequency_Hz" in notes
-    assert re.search(
-        r"motion: the error of gondola_rms_mm, .* and \d more is not known: modal damping grows",
-        notes,
-    )
+    assert re.search(r"motion: the error of gondola_rms_mm, .* and \d more is not known: modal damping grows", notes)
 
 
 def test_a_poor_model_is_said_on_the_command_line():

@@ -403,10 +403,7 @@ def test_a_case_without_equilibrium_leaves_the_others_as_they_are():
         ("w1.roll", "w1 has no column roll (allowed: w1.preload"),
         ("disc.sag", "disc has no column sag (did you mean disc.yaw?)"),
         ("disc.stiffness_qq", "unknown column 'disc.stiffness_qq' (did you mean disc.stiffness_"),
-        (
-            "disc.stiffness_xx_bar",
-            "unknown column 'disc.stiffness_xx_bar' (did you mean disc.stiffness_",
-        ),
+        ("disc.stiffness_xx_bar", "unknown column 'disc.stiffness_xx_bar' (did you mean disc.stiffness_"),
         ("disc.damping_ratio_q", "unknown column 'disc.damping_ratio_q' (did you mean disc.damping_ratio_"),
         ("disc.frequency_q", "unknown column 'disc.frequency_q' (did you mean disc.frequency_z?)"),
         ("disc.frequency_0", "unknown column 'disc.frequency_0' (frequency_K: K is a whole number from 1 to "),
