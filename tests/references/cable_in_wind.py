@@ -6,6 +6,7 @@ method so that the last piece ends where the cable does: four cables at once, fo
 """
 
 import numpy as np
+from scipy.interpolate import BarycentricInterpolator
 
 STEPS = 40
 
@@ -91,13 +92,17 @@ def solve(end_1, end_2, stiffness, length, load, start, pieces=400, point_loads=
 def statics(place, force, loaded=()):
     """Columns of a cable from places and tension vectors at the ends of its pieces, as `solve` gives them: dict.
 
-    `loaded` are the numbers of pieces before its point loads, for `load_sag`.
+    `loaded` are the numbers of pieces before its point loads, where it bends, and for `load_sag`.
     """
     end, moved = place[-1] - place[0], place - place[0]
     run = np.hypot(end[0], end[1])
     along, across = moved[:, :2] @ end[:2] / run, moved[:, :2] @ [-end[1], end[0]] / run
     below = along * end[2] / run - moved[:, 2]
-    sag, aside = (np.interp(run / 2, along, values) for values in (below, across))
+    after = np.searchsorted(along, run / 2)  # mid-span by the four ends of pieces about it, between two point loads
+    edges = np.array([0, *sorted(loaded), len(place) - 1])
+    first, last = edges[edges < after].max(), edges[edges >= after].min()
+    about = np.s_[(begin := int(np.clip(after - 2, first, last - 3))) : begin + 4]
+    sag, aside = BarycentricInterpolator(along[about], np.transpose([below, across])[about])(run / 2)
     found = {"sag": sag, "swing": np.degrees(np.arctan2(abs(aside), abs(sag))), "lowest_point": place[:, 2].min()}
     for number, on_cable in ((1, -force[0]), (2, force[-1])):
         level = np.hypot(*on_cable[:2])
