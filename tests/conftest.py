@@ -8,7 +8,7 @@ from importlib import import_module
 from pathlib import Path
 
 import pytest
-from campaign import deselected
+from campaign import WHOLE, deselected
 from found_once import lengths_found_once, rows_found_once
 from hypothesis import HealthCheck, settings
 
@@ -33,6 +33,18 @@ def rows_once(tmp_path_factory):
     """Rows of one scene are solved once for all tests of a module that asks for it."""
     with rows_found_once(tmp_path_factory.mktemp("rows")):
         yield
+
+
+@pytest.fixture
+def short_searches(monkeypatch):
+    """Searches for an equilibrium that there is not give up sooner, but in `make campaigns`."""
+    from cablestudy.statics import descent
+    from cablestudy.statics.tolerances import STATICS
+
+    if not WHOLE:
+        monkeypatch.setattr(descent, "SOFTENED", descent.SOFTENED[::5])
+        monkeypatch.setattr(type(STATICS), "softened", STATICS.softened[-1:])
+        monkeypatch.setattr(type(STATICS), "soft_steps", STATICS.soft_steps // 4)
 
 
 @pytest.fixture(scope="session", autouse=True)

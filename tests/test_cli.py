@@ -405,7 +405,7 @@ def test_a_reader_that_has_had_enough_ends_the_command_quietly(folder, command):
     assert error == b""
 
 
-SHORT, LONG = ("[1345 N, 1 N]", 1), ("{from: 1 N, to: 2 N, count: 500}", 1)  # preloads, processes
+SHORT, LONG = ("[1345 N, 1 N]", 1), ("{from: 1 N, to: 2 N, count: 100}", 1)  # preloads, processes
 BY_PROCESSES = "{from: 1 N, to: 2 N, count: 3000}", 2
 
 
@@ -414,7 +414,8 @@ def test_a_reader_that_has_had_enough_hides_no_failure(folder, preloads, jobs):
     """The exit code is that of a command that is read to the end, of tables that a pipe holds whole and of others."""
     study = study_file(folder, f"vary: [{{cable.preload: {preloads}}}]\ncolumns: [sag]\n")
     command = [sys.executable, "-m", "cablestudy", "sweep", study, "--no-write", "--quiet", "--jobs", str(jobs)]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as child:
+    streams = {"stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL, "pipesize": 4096}
+    with subprocess.Popen(command, **streams) as child:
         child.stdout.close()
         assert child.wait(timeout=LONGEST) == 3
 

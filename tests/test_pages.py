@@ -5,7 +5,7 @@ import re
 from contextlib import nullcontext
 
 import pytest
-from command import CARLINA, CONFIGS, edit_rows, refused_in_one_line, run, study_file, table_of, write
+from command import CARLINA, CONFIGS, edit_rows, refusal, refused_in_one_line, run, study_file, table_of, write
 from html_page import Page
 from matplotlib.figure import Figure
 from picture import undrawn
@@ -311,8 +311,7 @@ def test_a_study_is_computed_by_as_many_processes_as_asked(folder, monkeypatch):
     cs.report(study)
     cs.report(study, jobs=3)
     assert asked == [2, None, 1, 3]
-    (line,) = run("report", CARLINA, "--jobs", "2", code=2).lines
-    assert line == f"--jobs 2: no effect: {CARLINA} is a scene, not a study"
+    assert refusal("report", CARLINA, "--jobs", "2") == f"--jobs 2: no effect: {CARLINA} is a scene, not a study"
 
 
 def test_a_study_has_its_rows_with_printed_values(folder):
@@ -429,7 +428,7 @@ def test_columns_of_tables_of_results_are_those_that_can_be_asked_for(folder, mo
 
     monkeypatch.setattr("cablestudy.pages.page.Page.results", collect)
     for scene in ("carlina", "line-limits", "zipline", "suspensions/carlina-net-wind"):
-        run("report", CONFIGS / f"{scene}.yaml")
+        run("report", CONFIGS / f"{scene}.yaml", "--set", "model={elements: 3}")
     check_columns(names)
     assert {name for name in names if not (is_column(name) or is_column(f"part.{name}"))} == set(ONLY_IN_TABLES)
 

@@ -332,7 +332,7 @@ def open_loop(path):
     "count", [2, 300, *(CONTROL.frequency_block * n + more for n, more in ((1, 0), (1, 1), (3, -1)))]
 )
 def test_frequencies_have_equal_ratios_and_both_ends(count):
-    blocks = list(response.frequencies(0.013, 97, count))
+    blocks = list(response.frequency_blocks(0.013, 97, count))
     assert all(len(block) == CONTROL.frequency_block for block in blocks[:-1])
     assert 0 < len(blocks[-1]) <= CONTROL.frequency_block
     np.testing.assert_array_equal(np.concatenate(blocks), np.geomspace(0.013, 97, count))

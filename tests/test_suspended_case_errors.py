@@ -81,66 +81,64 @@ class Truth:
     """The body and its cables in the load case of a scene, by pieces; `starts` are tension vectors at ends `from`."""
 
     def __init__(self, data, starts):
-        self.cable, self.day, self.body = data["cable"], data["cases"]["day"], data["bodies"]["box"]
+        self.day, self.body = data["cases"]["day"], data["bodies"]["box"]
         self.free = ("x", "y", "z") if "free" in self.body else ROWS
-        names = [name for name in data["cables"] if name not in self.day.get("lost", ())]
-        self.cables = {name: data["cables"][name] for name in names}
-        self.starts, self.points = dict(zip(names, starts, strict=True)), data["points"]
+        self.names = [name for name in data["cables"] if name not in self.day.get("lost", ())]
+        cable, entries = data["cable"], [data["cables"][name] for name in self.names]
+        self.attached = np.array([self.body["attachments"][entry["to"].removeprefix("box.")] for entry in entries])
+        moves = [np.add(data["points"][entry["from"]], self.day["moves"].get(entry["from"], 0)) for entry in entries]
+        self.starts, self.end_1, self.stiffness = np.array(starts), np.array(moves), cable["axial_stiffness"]
+        ratio, ice = 1 + cable["expansion"] * (self.day["temperature"] - 288.15), self.day["ice"]
+        self.stated = np.array([entry["unstretched_length"] for entry in entries])
+        self.length, self.loads = self.stated * ratio, {}
+        thickness = np.array([ice["thickness"] if name in ice["on"] else 0.0 for name in self.names])
+        weight = G * (cable["mass_per_length"] / ratio + np.pi * 900 * thickness * (cable["diameter"] + thickness))
+        self.wind = self.day.get("wind", {"speed": 0.0, "direction": 0.0})
+        width = 1.2 * (cable["diameter"] + 2 * thickness) * [self.blows_on(name) for name in self.names]
+        self.load = cable_in_wind.drag(width, self.pressure, self.wind["direction"], weight)
+        for number, (name, entry) in enumerate(zip(self.names, entries, strict=True)):
+            for load in (*entry.get("loads", ()), *self.day["loads"].get(name, ())):
+                forces = self.loads.setdefault(round(PIECES * load["fraction"]), np.zeros((len(entries), 3)))
+                forces[number] += load.get("force", (0, 0, -G * load.get("mass", 0.0)))
 
-    def wind_on(self, name):
-        """Function of the dynamic pressure at places, and the direction; no pressure without wind."""
-        wind = self.day.get("wind", {"speed": 0.0, "direction": 0.0})
-        blows = name in wind.get("on", (name,))
+    def blows_on(self, name):
+        """Whether the wind acts on a cable, or on the box."""
+        return name in self.wind.get("on", (name,))
 
-        def pressure(place):
-            of_height = (place[2] / wind["at"]) ** (2 * wind["exponent"]) if "at" in wind else 1.0
-            return blows * 0.6 * wind["speed"] ** 2 * of_height
+    def pressure(self, place):
+        """Dynamic pressure at places. [Pa]"""
+        of_height = (place[..., 2] / self.wind["at"]) ** (2 * self.wind["exponent"]) if "at" in self.wind else 1.0
+        return 0.6 * self.wind["speed"] ** 2 * of_height
 
-        return pressure, wind["direction"]
-
-    def pieces(self, name, end_2):
-        """Places and tension vectors of the pieces of a cable."""
-        entry, ratio = self.cables[name], 1 + self.cable["expansion"] * (self.day["temperature"] - 288.15)
-        mass, diameter = self.cable["mass_per_length"] / ratio, self.cable["diameter"]
-        if name in self.day["ice"]["on"]:
-            thickness = self.day["ice"]["thickness"]
-            mass += np.pi * 900 * thickness * (diameter + thickness)
-            diameter += 2 * thickness
-        pressure, direction = self.wind_on(name)
-        load = cable_in_wind.drag(1.2 * diameter, pressure, direction, mass * G)
-        loads = {
-            round(PIECES * entry["fraction"]): np.array(entry.get("force", (0, 0, -G * entry.get("mass", 0.0))))
-            for entry in (*entry.get("loads", ()), *self.day["loads"].get(name, ()))
-        }
-        end_1 = np.array(self.points[entry["from"]]) + self.day["moves"].get(entry["from"], (0, 0, 0))
-        length = entry["unstretched_length"] * ratio
-        stiffness = self.cable["axial_stiffness"]
-        found = cable_in_wind.solve(end_1, end_2, stiffness, length, load, self.starts[name], PIECES, loads)
-        self.starts[name] = found[1][0]  # where the next search begins
+    def hanging(self, poses):
+        """Places and tension vectors of the pieces in some poses of the body, (PIECES + 1, poses, cables, 3)."""
+        ends = np.stack([position + self.attached @ rotation.T for position, rotation in poses])
+        cables, starts = (self.stiffness, self.length, self.load), np.broadcast_to(self.starts, ends.shape)
+        found = cable_in_wind.solve(self.end_1, ends, *cables, starts, PIECES, self.loads)
+        self.starts = found[1][0, 0]  # where the next search begins
         return found
 
-    def balance(self, position, rotation):
-        """Forces and moments on the body about its reference point, shape (6,), and the pieces of each cable."""
-        pressure, direction = self.wind_on("box")
+    def drag(self, position, rotation):
+        """Drag of the body, and its arm."""
+        direction, center = self.wind["direction"], rotation @ self.body["wind"]["center_of_pressure"]
         blows = rotation.T @ [np.cos(direction), np.sin(direction), 0.0]
-        center = rotation @ self.body["wind"]["center_of_pressure"]
-        drag = rotation @ (1.1 * np.array(self.body["wind"]["area"]) * blows) * pressure(position + center)
+        size = self.pressure(position + center) * self.blows_on("box")
+        return center, rotation @ (1.1 * np.array(self.body["wind"]["area"]) * blows) * size
+
+    def balance(self, position, rotation, pulls):
+        """Forces and moments on the body about its reference point, shape (6,), with tension vectors at its cables."""
         forces = self.day["forces"]
         loads = [
-            (rotation @ self.body["center_of_mass"], [0, 0, -G * self.body["mass"]]), (center, drag),
+            (rotation @ self.body["center_of_mass"], [0, 0, -G * self.body["mass"]]), self.drag(position, rotation),
             (np.zeros(3), forces["box"]["force"]), (rotation @ self.body["markers"]["tip"], forces["box.tip"]),
+            *zip(self.attached @ rotation.T, -pulls, strict=True),
         ]  # fmt: skip
-        hanging = {}
-        for name, entry in self.cables.items():
-            arm = rotation @ self.body["attachments"][entry["to"].removeprefix("box.")]
-            hanging[name] = self.pieces(name, position + arm)
-            loads.append((arm, -hanging[name][1][-1]))
         force = np.sum([load for _, load in loads], axis=0)
         moment = np.sum([np.cross(arm, load) for arm, load in loads], axis=0) + forces["box"]["moment"]
-        return np.concatenate([force, moment]), hanging
+        return np.concatenate([force, moment])
 
     def equilibrium(self, position, rotation):
-        """Place and attitude in equilibrium, found from a pose nearby, and the pieces of each cable."""
+        """Place and attitude in equilibrium, found from a pose nearby, and the pieces of the cables."""
         moves = np.array([axis in self.free for axis in ROWS])
 
         def pose(step):
@@ -148,26 +146,36 @@ class Truth:
             whole[moves] = step
             return position + whole[:3], Rotation.from_rotvec(whole[3:]).as_matrix() @ rotation
 
-        found = root(
-            lambda step: self.balance(*pose(step))[0][moves], np.zeros(moves.sum()), tol=1e-10, options={"factor": 0.1}
-        )
+        def left(*steps):
+            """Of some poses, shape (poses, m)."""
+            poses = [pose(step) for step in steps]
+            _, tensions = self.hanging(poses)
+            return np.array([self.balance(*one, pulls)[moves] for one, pulls in zip(poses, tensions[-1], strict=True)])
+
+        def rates(step):
+            at, *moved = left(step, *(step + 1e-7 * np.eye(len(step))))
+            return (np.array(moved) - at).T / 1e-7
+
+        found = root(lambda step: left(step)[0], np.zeros(moves.sum()), jac=rates, tol=1e-10, options={"factor": 0.1})
         place, turned = pose(found.x)
-        left, hanging = self.balance(place, turned)
-        tension = max(np.linalg.norm(force, axis=1).max() for _, force in hanging.values())
-        assert np.abs(left[moves]).max() < 1e-7 * tension
-        return place, turned, hanging
+        along, tensions = (part[:, 0] for part in self.hanging([(place, turned)]))
+        size = np.linalg.norm(tensions, axis=-1).max()
+        assert np.abs(self.balance(place, turned, tensions[-1])[moves]).max() < 1e-7 * size
+        return place, turned, (along, tensions)
 
     def columns(self, position, rotation):
         """Columns of the body and its cables in equilibrium, found from a pose nearby: dict."""
-        place, turned, hanging = self.equilibrium(position, rotation)
+        place, turned, (along, tensions) = self.equilibrium(position, rotation)
         angles = Rotation.from_matrix(turned).as_euler("ZYX", degrees=True)[::-1]
         columns = {f"box.{axis}": value for axis, value in zip("xyz", place, strict=True)}
         columns |= {f"box.{axis}": value for axis, value in zip(AXES, angles, strict=True) if len(self.free) > 3}
-        for name, (places, forces) in hanging.items():
+        for number, name in enumerate(self.names):
+            places, forces = along[:, number], tensions[:, number]
             chord = places[-1] - places[0]
-            of_cable = cable_in_wind.statics(places, forces) | {
+            of_cable = cable_in_wind.statics(places, forces, list(self.loads)) | {
                 "chord": np.linalg.norm(chord), "inclination": np.degrees(np.arctan2(chord[2], np.hypot(*chord[:2]))),
             }  # fmt: skip
+            del of_cable["load_sag"]
             names = {"tension_1": "tension_from", "tension_2": "tension_to"}
             columns |= {f"{name}.{names.get(column, column)}": value for column, value in of_cable.items()}
         return columns
@@ -177,21 +185,16 @@ class Truth:
 
         Its stiffness is that of the pieces in line, with all forces as dead loads, that of the drag too.
         """
-        place, turned, hanging = self.equilibrium(position, rotation)
+        place, turned, (_, tensions) = self.equilibrium(position, rotation)
         weight, stiffness = np.array([0, 0, -G * self.body["mass"]]), np.zeros((6, 6))
-        pressure, direction = self.wind_on("box")
-        blows, areas = turned.T @ [np.cos(direction), np.sin(direction), 0.0], 1.1 * np.array(self.body["wind"]["area"])
-        center = turned @ self.body["wind"]["center_of_pressure"]
-        drag = turned @ (areas * blows) * pressure(place + center)
+        areas, (center, drag) = 1.1 * np.array(self.body["wind"]["area"]), self.drag(place, turned)
         loads = [
             (turned @ self.body["center_of_mass"], weight), (center, drag),
             (turned @ self.body["markers"]["tip"], self.day["forces"]["box.tip"]),
         ]  # fmt: skip
-        for name, (_, forces) in hanging.items():
-            arm = turned @ self.body["attachments"][self.cables[name]["to"].removeprefix("box.")]
-            length = self.cables[name]["unstretched_length"] / PIECES
+        for arm, length, forces in zip(self.attached @ turned.T, self.stated, tensions.swapaxes(0, 1), strict=True):
             bars = [
-                cable_in_wind.bar_stiffness(force, self.cable["axial_stiffness"], length)
+                cable_in_wind.bar_stiffness(force, self.stiffness, length / PIECES)
                 for force in (forces[1:] + forces[:-1]) / 2
             ]
             moved = np.concatenate([np.eye(3), -cross(arm)], axis=1)
@@ -217,8 +220,8 @@ def assert_within_stated_errors(data):
     expected = truth.columns(equilibrium.position[0], equilibrium.rotation[0])
     row = solve(data, *expected)
     for column, value in expected.items():
-        # pieces: a sag between two of their ends
-        digits = (3 / PIECES) ** 2 if column.endswith(("sag", "swing", "lowest_point")) else 1e-6
+        # pieces: the lowest of their ends
+        digits = (3 / PIECES) ** 2 if column.endswith("lowest_point") else 1e-6
         size = max(abs(row.values[column]), abs(value))
         assert abs(row.values[column] - value) <= (row.errors[column] + digits) * size + 1e-7, column
     return expected, row

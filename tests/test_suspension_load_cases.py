@@ -24,7 +24,6 @@ from test_suspension_ssm import state_space
 from cablestudy.cable.geometry import points_along
 from cablestudy.control.winches import FROM, TO, Winch
 from cablestudy.scene.determinacy import MOTIONS
-from cablestudy.statics.tolerances import STATICS
 from cablestudy.study.columns import find
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.rows import cases_of, evaluate_suspensions
@@ -201,9 +200,9 @@ cables:
     assert numbers(scene_of(text), f"deep.{AT[at]}")[f"deep.{AT[at]}"] == pytest.approx(1900, rel=1e-9)
 
 
-def test_tensions_that_no_lengths_give_are_told(monkeypatch):
+@pytest.mark.usefixtures("short_searches")
+def test_tensions_that_no_lengths_give_are_told():
     """Horizontal tensions on both sides of a knot without a horizontal force are equal."""
-    monkeypatch.setattr(type(STATICS), "softened", campaign(STATICS.softened, STATICS.softened[-1:]))
     text = f"""\
 cable: {{{SECTION}}}
 points: {{knot: {{at: [0, 0, 2], free: true, mass: 150 kg}}}}
@@ -632,8 +631,8 @@ def test_a_load_beyond_the_end_that_is_found_is_told(stated, more, reason):
     assert re.fullmatch(reason, status)
 
 
-def test_a_sag_without_weight_has_no_answer(monkeypatch):
-    monkeypatch.setattr(type(STATICS), "softened", campaign(STATICS.softened, STATICS.softened[-1:]))
+@pytest.mark.usefixtures("short_searches")
+def test_a_sag_without_weight_has_no_answer():
     _, status = row(held("gravity=0", stated="sag: 14 m"), "gondola.z")
     assert status.startswith("no equilibrium: no lengths were found")
 

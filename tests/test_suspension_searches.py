@@ -5,7 +5,6 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from campaign import campaign
 from random_suspensions import scene_data
 from references import catenary_mp
 from scipy.optimize import minimize_scalar, root
@@ -16,7 +15,7 @@ from suspensions import body, cable, point, suspension, trifilar
 from cablestudy.cable.catenary import solve
 from cablestudy.cable.span import Span
 from cablestudy.errors import ConvergenceError
-from cablestudy.statics import descent, lengths, rest
+from cablestudy.statics import lengths, rest
 from cablestudy.statics.failure import explain
 from cablestudy.statics.fitted_lengths import least_preload
 from cablestudy.statics.tolerances import STATICS
@@ -140,17 +139,17 @@ def test_a_body_whose_yaw_is_held_stands_alike_wherever_the_search_begins(at):
     np.testing.assert_allclose(turned, [*expected[3:], 0], atol=1e-10)
 
 
-def test_a_dead_moment_that_cables_cannot_hold(monkeypatch):
+@pytest.mark.usefixtures("short_searches")
+def test_a_dead_moment_that_cables_cannot_hold():
     """Twisted wires of 20 m hold m g r^2 sin(angle)/drop: 15.8 N m at most."""
-    monkeypatch.setattr(descent, "SOFTENED", campaign(descent.SOFTENED, descent.SOFTENED[::5]))
     turned = rest.pose(trifilar(stiffness=1e7, moment=(0, 0, 20.0)))
     assert not turned.record.converged
     assert explain(turned).endswith("the dead moment of 20 N m on disk may be more than the cables can hold")
 
 
-def test_a_dead_moment_beside_loose_cables_without_gravity(monkeypatch):
+@pytest.mark.usefixtures("short_searches")
+def test_a_dead_moment_beside_loose_cables_without_gravity():
     """No other force gives a scale for what is left, which must not overflow: pytest takes a warning for an error."""
-    monkeypatch.setattr(descent, "SOFTENED", campaign(descent.SOFTENED, descent.SOFTENED[::5]))
     case = case_of(scene_data(2008, states=False))
     with pytest.raises(ConvergenceError, match=r"the dead moment of .* N m on a may be more than"):
         _ = case.equilibrium

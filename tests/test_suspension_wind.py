@@ -14,15 +14,7 @@ from references.panels import panels
 from references.straight_suspension import Straight
 from scipy.spatial.transform import Rotation
 from solved import solve
-from straight_scenes import (
-    ACTUATORS,
-    BODY_WIND,
-    WIND,
-    closed_loop_of,
-    everything,
-    one_axis,
-    with_changes,
-)
+from straight_scenes import ACTUATORS, BODY_WIND, WIND, closed_loop_of, everything, one_axis, with_changes
 from suspension_cases import case_at, case_of, scene_at, value, variances_of
 from test_suspension_loop import TWO
 

@@ -60,14 +60,14 @@ def keys_of(wind):
 
 
 def pressure_of(name, wind=None):
-    """Dynamic pressure at places, shape (3, b): the power law written down once more. [Pa]"""
+    """Dynamic pressure at places, shape (..., 3): the power law written down once more. [Pa]"""
     keys, ground = keys_of(wind or SCENES[name][2]), SCENES[name][3]
     base = keys.get("pressure", 0.6 * keys.get("speed", 0.0) ** 2) * keys.get("gust_factor", 1.0) ** 2
 
     def pressure(place):
-        under = np.interp(place[0], *zip(*ground, strict=True)) if isinstance(ground, tuple) else ground
+        under = np.interp(place[..., 0], *zip(*ground, strict=True)) if isinstance(ground, tuple) else ground
         # 1 at all heights with the exponent 0
-        return base * (np.maximum(place[2] - under, 0.0) / keys["at"]) ** (2 * keys["exponent"])
+        return base * (np.maximum(place[..., 2] - under, 0.0) / keys["at"]) ** (2 * keys["exponent"])
 
     return pressure, keys["direction"]
 

@@ -81,7 +81,9 @@ def sweep(study, sets, vary, dry_run, where, sort, best, pareto, sensitivity, ou
             columns = print_differences(differing_columns(run.table(), run.files.csv), run) if check else 0
             compute(run, study.words)
             if not shard:
-                return finish(study, run, style, plot, command_text(words), select, sensitivity, tolerances, columns)
+                return write_and_print(
+                    study, run, style, plot, command_text(words), select, sensitivity, tolerances, columns
+                )
             echo_notes([f"written: {run.finish_shard(command_text(words))}"], quiet)
             return NO_ANSWER if run.failed else 0
 
@@ -97,7 +99,7 @@ def compute(run, words):
     run.check_complete()
 
 
-def finish(study, run, style, plot, command, select, indices=False, tolerances=None, differing=0):
+def write_and_print(study, run, style, plot, command, select, indices=False, tolerances=None, differing=0):
     """Write and print the table of a complete `Run`, or compare it with the stored table; return the exit code.
 
     Parameters
@@ -113,7 +115,7 @@ def finish(study, run, style, plot, command, select, indices=False, tolerances=N
     select : callable
         Table -> the table that is drawn and printed, and notes; see `Study.selection`.
     indices : bool
-        Whether that is a table of Sobol's indices.
+        True if `select` returns Sobol's indices in place of rows of the study.
     tolerances : dict, optional
         Of `Study.tolerances`: the table is compared with the stored one within them, and not printed.
     differing : int
@@ -193,4 +195,4 @@ def merge(study, sets, vary, out, style, plot, quiet):
         echo_notes(study.notes, quiet)
         with study.merged(out, quiet) as run:
             echo_notes([*run.failures(study.words), *run.warnings()], quiet)
-            return finish(study, run, style, plot, command_text(words), study.selection())
+            return write_and_print(study, run, style, plot, command_text(words), study.selection())

@@ -170,8 +170,8 @@ def _may_cross_twice(curves, most):
 
     It may where the eigenvalue turns by a large angle, or where it is near the axis and its angle or size changes by
     much. An eigenvalue l crosses at the gain 1/|l|: one too small to cross at the gains of interest does not count.
-    `most` is the gain of each of n loops up to which no crossing may be missed, or the least with a crossing where that
-    is larger.
+    `most`, shape (n,), are gains up to which no crossing of the n loops may be missed; where the least gain with a
+    crossing is larger, it is looked up to that one.
     """
     before, after = paired(curves.values)
     row, inside = curves.row[1:], curves.row[1:] == curves.row[:-1]

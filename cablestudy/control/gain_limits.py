@@ -346,8 +346,8 @@ def _undamped_factors(functions, row, limits):
     width = np.array([max(limit.rate, CONTROL.negligible_growth) for limit in limits])[:, None] * center
     omega = (center + width * np.concatenate([-ASIDE[::-1], [0.0], ASIDE])).ravel()
     mode = np.repeat(np.arange(len(limits)), 2 * len(ASIDE) + 1)
-    beside = crossings(mode, omega, eigenvalues(at_frequencies(own, mode, omega, growth)))
-    destabilising = refined(own, beside.take(beside.destabilising), growth)
+    near_modes = crossings(mode, omega, eigenvalues(at_frequencies(own, mode, omega, growth)))
+    destabilising = refined(own, near_modes.take(near_modes.destabilising), growth)
     factors = np.full(len(limits), np.inf)
     np.minimum.at(factors, destabilising.row, destabilising.factor)
     return factors

@@ -222,7 +222,7 @@ class Loop:
 def unstable_pole(poles):
     """The pole that grows fastest, or None where none grows."""
     size = np.abs(poles)  # growth is reduced by the rounding that it may contain
-    growth = poles.real - CONTROL.growing * size - CONTROL.pole_rounding * size.max(initial=0.0)
+    growth = poles.real - CONTROL.unstable_growth * size - CONTROL.pole_rounding * size.max(initial=0.0)
     return complex(poles[np.argmax(growth)]) if growth.max(initial=-1.0) > 0 else None
 
 

@@ -184,7 +184,7 @@ def _narrow_poles(loop_gains, row, s, error):
 def _steps_to_poles(loop_gains, row, s):
     """At which of some s, shape (n,), Z is known; steps from these to poles, to first order, shape (m, d)."""
     apart = np.abs(s.real) + CONTROL.least_half_width * np.abs(s)
-    stiffness, beside = (LoopGain.stiffness_and_forces(loop_gains, row, at)[0] for at in (s, s + apart))
-    step = solved((beside - stiffness) / apart[:, None, None], -stiffness)
+    stiffness, shifted = (LoopGain.stiffness_and_forces(loop_gains, row, at)[0] for at in (s, s + apart))
+    step = solved((shifted - stiffness) / apart[:, None, None], -stiffness)
     known = np.isfinite(step).all(axis=(1, 2))
     return known, eigenvalues(step[known])

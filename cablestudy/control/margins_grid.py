@@ -48,8 +48,8 @@ def near_poles(poles):
     size = np.abs(poles)
     half_width = np.maximum(np.abs(poles.real), CONTROL.infinite_at_pole * size)
     step = half_width[:, None] * np.concatenate([-ASIDE, ASIDE])
-    beside = (size[:, None] + step)[np.abs(step) < CONTROL.broad_pole * size[:, None]]
-    return np.concatenate([beside, size[np.abs(poles.real) > CONTROL.infinite_at_pole * size]])
+    both_sides = (size[:, None] + step)[np.abs(step) < CONTROL.broad_pole * size[:, None]]
+    return np.concatenate([both_sides, size[np.abs(poles.real) > CONTROL.infinite_at_pole * size]])
 
 
 def highest(function, curves, equal=0.0):

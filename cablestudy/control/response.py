@@ -5,7 +5,7 @@ import numpy as np
 from cablestudy.control.tolerances import CONTROL
 
 
-def frequencies(low, high, count, others=()):
+def frequency_blocks(low, high, count, others=()):
     """Yield the frequencies of a response, ascending, in blocks of about `frequency_block`: ndarray. [Hz]
 
     They are `count` frequencies with equal ratios from `low` to `high`, both included, merged with `others`.

@@ -56,7 +56,7 @@ class ControlTolerances:
     # -------------------------------------------------------------------------------------------- the loop
 
     unmoved: float = 1e-3  # static gain of a coordinate over the largest, below which winches do not move it
-    growing: float = 1e-9  # growth over frequency that is called instability
+    unstable_growth: float = 1e-9  # growth over frequency that is called instability
     pole_rounding: float = 1e-12  # of a pole over the largest one
     faint_gain: float = 1e-3  # loop gain down to which a delay is accurate in a response,
     delay_accurate_up_to: int = 20  # up to so many times the lowest frequency

@@ -147,15 +147,15 @@ class ClosedLoop:
         return self.motion.eigen.poles
 
     @property
-    def growing_open_pole(self):
-        """The pole that grows fastest with the winches at rest; None where none grows."""
+    def unstable_open_pole(self):
+        """The unstable pole that grows fastest with the winches at rest; None where all are stable."""
         return None if self.motion.dissipates else unstable_pole(self.open_poles)
 
     def check_open(self):
         """Refuse what grows with the winches at rest: NoSolutionError, with the motion and why."""
-        if (pole := self.growing_open_pole) is not None:
+        if (pole := self.unstable_open_pole) is not None:
             cause = "actuators" if self.actuators else "aerodynamic damping"
-            raise NoSolutionError(f"unstable without winches ({cause}): {self._growing_motion(pole, self.motion)}")
+            raise NoSolutionError(f"unstable without winches ({cause}): {self._unstable_motion(pole, self.motion)}")
 
     def check_stable(self):
         """Refuse what grows.
@@ -174,7 +174,7 @@ class ClosedLoop:
         """Message of an unstable loop: which motion grows, and below which gain none does."""
         loop, pole = self.loop, self.loop.unstable_pole
         if pole:
-            motion = self._growing_motion(pole, loop)
+            motion = self._unstable_motion(pole, loop)
         else:
             motion = f"a motion of {self.stability.driven.limit.omega / (2 * np.pi):.4g} Hz grows"
         message = f"the loop is unstable at {self.gains_in_words(loop.gain)}: {motion}; "
@@ -198,8 +198,8 @@ class ClosedLoop:
         mode = int(self.plant.kept[coordinate])
         return f"mode {mode + 1} ({self.modes.moves[mode]}, {self.modes.frequency[mode]:.4g} Hz)"
 
-    def _growing_motion(self, pole, system):
-        """The motion of a growing pole in words: the coordinate with most of its energy, and its rate of growth.
+    def _unstable_motion(self, pole, system):
+        """The motion of an unstable pole in words: the coordinate with most of its energy, and its rate of growth.
 
         `system` is a `LinearSystem` or `Loop`. Its shape is the null vector of the dynamic stiffness at the pole.
         """

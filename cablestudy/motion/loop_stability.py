@@ -318,7 +318,7 @@ class LoopStability:
     @cached_property
     def stable(self):
         """True if no motion grows, with the winches at rest and with the loop."""
-        if self._closed_loop.growing_open_pole is not None:
+        if self._closed_loop.unstable_open_pole is not None:
             return False
         loop = self._closed_loop.loop
         if loop is None or not loop.gain or self.seen_far_from_unstable:

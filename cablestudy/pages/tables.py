@@ -187,14 +187,14 @@ def _cell_columns(columns, table, rows, is_cut):
     """
     largest = _largest(table.errors() if table.errors else ())
     with_error = {column.name for column in columns if column.name in largest}
-    beside = not is_cut and len(with_error) <= 2 and columns[0].name not in with_error
-    errors = list(table.errors()) if beside and with_error else []
+    in_columns = not is_cut and len(with_error) <= 2 and columns[0].name not in with_error
+    errors = list(table.errors()) if in_columns and with_error else []
     cell_columns = []
     for column in columns:
         name, has_text = column.name, any(isinstance(row.get(column.name), str) for row in rows)
-        foot = "" if beside else error_text(largest.get(name))
+        foot = "" if in_columns else error_text(largest.get(name))
         cell_columns.append(CellColumn(column.head, [column.cell(row) for row in rows], not has_text, foot))
-        if beside and name in with_error:
+        if in_columns and name in with_error:
             cell_columns.append(CellColumn(ERROR, [error_text(row.get(name)) for row in errors], right=True))
     return cell_columns
 

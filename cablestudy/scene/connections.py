@@ -98,10 +98,20 @@ def _wrong_end(kind, end, points, bodies, suggest):
 def unsupported(movable, partly_held, owners):
     """Find bodies and free points that would fall: no chain of cables connects them with the ground or a held body.
 
-    `movable` are the names of the bodies with at least one free motion, and of the free points; `partly_held` those
-    that also have a motion which is not free: they count as held. `owners` has what the two ends of each cable are at:
-    name of a body or free point, None for the ground; and so of the links with stiffness and length, since only these
-    carry a force in equilibrium without load case. Returns name and message of each, a list.
+    Parameters
+    ----------
+    movable : sequence of str
+        Names of the free points, and of the bodies with at least one free motion.
+    partly_held : sequence of str
+        Names of the bodies with at least one motion that is not free: they count as held.
+    owners : sequence of (str or None, str or None)
+        For each cable, and each link that carries a force in the reference state, what its two ends are attached to:
+        name of a body or free point, None for the ground.
+
+    Returns
+    -------
+    list of (str, str)
+        Name, and message that says why it would fall.
     """
     neighbours = {name: set() for name in (None, *movable)}
     for pair in owners:

@@ -230,13 +230,22 @@ class Conductors:
         return PermanentSets(by_creep, sets, by_load, heaviest, errors)
 
     def _sets_by_load(self, sets):
-        """Fields of `PermanentSets` from `sets` on, by the heaviest load case of conductors with `sets` before it.
+        """Add to the permanent sets of conductors those by their heaviest load case, and return both.
 
-        The heaviest case is the one in which the mean tension of the conductor is largest; its name has the suffix
-        BEYOND where the strain is beyond the measured curve. `errors` are those of the strain under the load, since the
-        tension varies along the cable.
+        The heaviest case is the one in which the mean tension of the conductor is largest. All load cases of all
+        scenes are solved together, but those in which cables are lost.
+
+        Parameters
+        ----------
+        sets : ndarray, shape (..., 2)
+            Permanent sets before the load: none, or those by creep. [-]
+
+        Returns
+        -------
+        sets, by_load, heaviest, errors
+            As the attributes of `PermanentSets`. The name of the heaviest case has the suffix BEYOND where the strain
+            is beyond the measured curve; `errors` are those of the strain, since the tension varies along the cable.
         """
-        # all load cases of all scenes, but those in which cables are lost, are solved together
         rows_and_scenes = [(row, scene.in_case(name))
                            for row, scene in enumerate(self._scenes) for name, case in scene.cases.items()
                            if not getattr(case, "lost", ())]  # fmt: skip

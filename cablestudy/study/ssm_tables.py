@@ -94,7 +94,7 @@ def response_blocks(frequency_range, curves):
     curves : list of Curve
     """
     phases = [response.Phase() for _ in curves]
-    for frequency in response.frequencies(*frequency_range):
+    for frequency in response.frequency_blocks(*frequency_range):
         block = [frequency]
         for curve, phase in zip(curves, phases, strict=True):
             value = curve.value(frequency)

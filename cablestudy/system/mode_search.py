@@ -66,7 +66,7 @@ class Search:
         if not len(rows):
             return outcomes
         highest = self._first_guess(rows)
-        orders, limits = self._orders(rows, highest), self._limits(rows, highest)
+        orders, limits = self._orders(rows, highest), self._first_limits(rows, highest)
         for _ in range(SYSTEM.mesh_trials):
             cables = self._cables_of(rows)
             meshes = cables.meshes(orders.ravel() + SYSTEM.finer_orders * self._damped)
@@ -319,7 +319,7 @@ class Search:
         steps = ORDER_STEPS[np.minimum(np.searchsorted(ORDER_STEPS, orders), len(ORDER_STEPS) - 1)]
         return np.where(orders <= ORDER_STEPS[-1], steps, 8 * np.ceil(orders / 8))
 
-    def _limits(self, rows, highest):
+    def _first_limits(self, rows, highest):
         """Frequency up to which each of c cables of m rows keeps its modes in the first trial, shape (m, c). [rad/s]
 
         Let w be the highest frequency that is asked for, W the first one of a cable and r the share of all cables in

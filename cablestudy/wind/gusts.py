@@ -36,7 +36,7 @@ class Gusts:
     strips : list of Strips
         The c cables that the wind acts on, in groups.
     amplitudes : list of ndarray, shape (g, k, m + 2 c)
-        Amplitudes of the coordinates of the cables of each group, see `strips.amplitudes`.
+        Amplitudes of the coordinates of the cables of each group, see `strips.coordinate_amplitudes`.
     forces : ndarray, shape (b, 3, m)
         Force on each coordinate by a unit speed along x, y, z at each of the b bodies that the wind acts on.
     places : ndarray, shape (b, 3)
@@ -65,8 +65,8 @@ class Gusts:
         """Forces on the coordinates by the i inputs, shape (m, i).
 
         Inputs are, if the wind acts on cables, the work of the gusts on them for each coordinate, and for the two end
-        movements of each cable that `strips.amplitudes` adds, which exert no force; then the three components of the
-        speed at each body.
+        movements of each cable that `strips.coordinate_amplitudes` adds, which exert no force; then the three
+        components of the speed at each body.
         """
         count = self.forces.shape[-1]
         of_bodies = (self.directions @ self.forces).reshape(-1, count).T
@@ -288,7 +288,7 @@ def gusts(wind, drag, layout, shapes, strips, amplitudes, areas, coherence):
         Wind forces on the cables, in groups, from `strips.on_cables`.
     amplitudes : list of ndarray, shape (g, k, m + 2 c)
         For each group: amplitudes of the k coordinates of each of its g cables by the m coordinates, and by two end
-        movements of each of the c cables, see `strips.amplitudes`.
+        movements of each of the c cables, see `strips.coordinate_amplitudes`.
     areas : ndarray, shape (b,)
         Areas of all bodies and junctions across the wind, for their admittance. [m^2]
     coherence : Coherence

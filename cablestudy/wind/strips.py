@@ -280,17 +280,17 @@ def midspan_shapes(models, kept, catenary):
 
 
 def on_cables(modes, layout, shapes, drag):
-    """`strips` with the coordinates of `CoupledModes`, and their `amplitudes` in shapes of the suspension."""
+    """`strips` on the coordinates of `CoupledModes`, and their `coordinate_amplitudes` in shapes of the suspension."""
     on_each = strips(modes.models, modes.kept, layout.equilibrium, drag)
-    return on_each, amplitudes(modes.model.coordinates, layout, shapes, [group.cables for group in on_each])
+    return on_each, coordinate_amplitudes(modes.model.coordinates, layout, shapes, [group.cables for group in on_each])
 
 
-def amplitudes(coordinates, layout, shapes, groups):
-    """Amplitudes of the coordinates of cables in m shapes of the suspension, and in two end movements of each cable.
+def coordinate_amplitudes(coordinates, layout, shapes, groups):
+    """Amplitudes of the coordinates of cables in shapes of the suspension, and in movements of one end of a cable.
 
-    They turn wind forces on the coordinates of a cable into forces on the shapes, and into tensions. In an end movement
-    one end moves by one out of its cable along the tangent, and nothing else moves: the work of a load on this movement
-    is the decrease of the tension at that end by the load.
+    The transpose turns wind forces on the coordinates of a cable into forces on the shapes, and into tensions: if one
+    end moves by one along its tangent out of the cable, and nothing else moves, the work of a load on this movement is
+    the decrease of the tension at that end by the load.
 
     Parameters
     ----------

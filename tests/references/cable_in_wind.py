@@ -6,95 +6,103 @@ method so that the last piece ends where the cable does: four cables at once, fo
 """
 
 import numpy as np
+from scipy.interpolate import BarycentricInterpolator
 
 STEPS = 40
 
 
 def drag(width, pressure, direction, weight, stretched=True):
-    """Load of weight and drag: a function of place and tangent, shape (3, b), and stretch, shape (b,).
+    """Load of weight and drag: a function of place and tangent, shape (..., b, 3), and stretch, shape (..., b, 1).
 
     Parameters
     ----------
-    width : float
+    width : float or ndarray, shape (...)
         Drag coefficient times diameter. [m]
     pressure : callable
-        Places, shape (3, b) [m] -> dynamic pressure there. [Pa]
+        Places, shape (..., b, 3) [m] -> dynamic pressure there, a number or of shape (..., b). [Pa]
     direction : float
         Where the wind blows to, from x towards y. [rad]
-    weight : float
+    weight : float or ndarray, shape (...)
         Per unstretched length. [N/m]
     stretched : bool
         Whether the wind meets the stretched length, or the unstretched one.
     """
-    blows, down = np.array([np.cos(direction), np.sin(direction), 0.0]), np.array([0.0, 0.0, weight])
+    blows, down = np.array([np.cos(direction), np.sin(direction), 0.0]), np.multiply.outer(weight, [[0.0, 0.0, 1.0]])
+    width = np.asarray(width)[..., None, None]
 
     def load(place, tangent, stretch):
-        across = blows[:, None] - tangent * (blows @ tangent)
-        met = width * pressure(place) * (stretch if stretched else 1.0)
-        return met * np.sqrt((across * across).sum(axis=0)) * across - down[:, None]
+        across = blows - tangent * (tangent @ blows)[..., None]
+        met = width * np.asarray(pressure(place))[..., None] * (stretch if stretched else 1.0)
+        return met * np.sqrt(np.vecdot(across, across))[..., None] * across - down
 
     return load
 
 
 def solve(end_1, end_2, stiffness, length, load, start, pieces=400, point_loads=None):
-    """Places and tension vectors at the ends of the pieces, shape (pieces + 1, 3) each. [m], [N]
+    """Places and tension vectors at the ends of the pieces of some cables, shape (pieces + 1, ..., 3) each. [m], [N]
 
     Parameters
     ----------
-    start : ndarray, shape (3,)
-        Tension vector at end 1 with which the search begins. [N]
+    end_1, end_2 : ndarray, shape (..., 3)
+    stiffness, length : float or ndarray, shape (...)
+    start : ndarray, shape (..., 3)
+        Tension vectors at end 1 with which the search begins. [N]
     point_loads : dict, optional
-        Number of pieces before it -> force, shape (3,); the tension vector there is that beyond it. [N]
+        Number of pieces before it -> force, shape (..., 3); the tension vector there is that beyond it. [N]
     """
+    size, step = np.asarray(length), np.asarray(length)[..., None, None] / pieces
+    stiffness, point_loads = np.asarray(stiffness)[..., None, None], point_loads or {}
 
     def rates(now):
         place, force = now
-        tension = np.sqrt((force * force).sum(axis=0))
+        tension = np.sqrt(np.vecdot(force, force))[..., None]
         stretch, tangent = 1 + tension / stiffness, force / tension
         return np.array([stretch * tangent, -load(place, tangent, stretch)])
 
     def along(forces):
-        """Places and tension vectors of the cables that begin with some of these, shape (pieces + 1, 2, 3, b)."""
-        step, found = length / pieces, [np.array([np.repeat(end_1[:, None], forces.shape[1], axis=1), forces])]
-        for _ in range(pieces):
+        """Places and tension vectors of cables that begin with some of these, shape (pieces + 1, 2, ..., b, 3)."""
+        found = [np.array([np.broadcast_to(end_1[..., None, :], forces.shape), forces])]
+        for piece in range(1, pieces + 1):
             now = found[-1]
             one = rates(now)
             two = rates(now + step / 2 * one)
             three = rates(now + step / 2 * two)
             now = now + step / 6 * (one + 2 * two + 2 * three + rates(now + step * three))
-            if len(found) in (point_loads or {}):
-                now[1] -= point_loads[len(found)][:, None]
+            if piece in point_loads:
+                now[1] -= point_loads[piece][..., None, :]
             found.append(now)
         return np.array(found)
 
-    force, small = np.array(start, dtype=float), 1e-6 * np.linalg.norm(start)
-    least, step = np.inf, np.zeros(3)
+    force, back = np.array(start, dtype=float), np.zeros(3)
+    small, least = 1e-6 * np.linalg.norm(force, axis=-1)[..., None, None], np.inf
     for _ in range(STEPS):
-        whole = along(force[:, None] + small * np.eye(3, 4, 1))
-        gap = whole[-1, 0] - end_2[:, None]
-        left = np.linalg.norm(gap[:, 0])
-        if np.abs(gap[:, 0]).max() < 1e-12 * length:
-            return whole[:, 0, :, 0], whole[:, 1, :, 0]
-        if left > least and least > 1e-6 * length:  # of a slack cable a whole step may lead too far
-            step = step / 2
-            force = force + step
-            continue
-        least = left
-        step = np.linalg.solve((gap[:, 1:] - gap[:, :1]) / small, gap[:, 0])
-        force = force - step
+        whole = along(force[..., None, :] + small * np.eye(4, 3, -1))
+        gap = whole[-1, 0] - end_2[..., None, :]
+        if (np.abs(gap[..., 0, :]).max(axis=-1) < 1e-12 * size).all():
+            return whole[:, 0, ..., 0, :], whole[:, 1, ..., 0, :]
+        left = np.linalg.norm(gap[..., 0, :], axis=-1)
+        too_far = ((left > least) & (least > 1e-6 * size))[..., None]  # of a slack cable a whole step may lead there
+        least = np.where(too_far[..., 0], least, left)
+        rate = (gap[..., 1:, :] - gap[..., :1, :]).swapaxes(-1, -2) / small
+        back = np.where(too_far, back / 2, np.linalg.solve(rate, gap[..., 0, :, None])[..., 0])
+        force = force + np.where(too_far, back, -back)
     raise AssertionError(gap)
 
 
 def statics(place, force, loaded=()):
     """Columns of a cable from places and tension vectors at the ends of its pieces, as `solve` gives them: dict.
 
-    `loaded` are the numbers of pieces before its point loads, for `load_sag`.
+    `loaded` are the numbers of pieces before its point loads, where it bends, and for `load_sag`.
     """
     end, moved = place[-1] - place[0], place - place[0]
     run = np.hypot(end[0], end[1])
     along, across = moved[:, :2] @ end[:2] / run, moved[:, :2] @ [-end[1], end[0]] / run
     below = along * end[2] / run - moved[:, 2]
-    sag, aside = (np.interp(run / 2, along, values) for values in (below, across))
+    after = np.searchsorted(along, run / 2)  # mid-span by the four ends of pieces about it, between two point loads
+    edges = np.array([0, *sorted(loaded), len(place) - 1])
+    first, last = edges[edges < after].max(), edges[edges >= after].min()
+    about = np.s_[(begin := int(np.clip(after - 2, first, last - 3))) : begin + 4]
+    sag, aside = BarycentricInterpolator(along[about], np.transpose([below, across])[about])(run / 2)
     found = {"sag": sag, "swing": np.degrees(np.arctan2(abs(aside), abs(sag))), "lowest_point": place[:, 2].min()}
     for number, on_cable in ((1, -force[0]), (2, force[-1])):
         level = np.hypot(*on_cable[:2])

@@ -13,10 +13,7 @@ from cablestudy.cable.element import MASSES, basis
 
 # (order, mass): rate of the frequencies, rate of the end stiffness. Bars with the mean of both masses cancel the
 # leading term where the cable is taut.
-RATES = {
-    **{(order, mass): (2 * order, 2 * order) for order in (1, 2, 3, 4) for mass in MASSES},
-    (1, "blended"): (4, 2),
-}
+RATES = {**{(order, mass): (2 * order, 2 * order) for order in (1, 2, 3, 4) for mass in MASSES}, (1, "blended"): (4, 2)}
 TAUT = chord_span(185.8, 19, 0.007, EA, MASS, 1.0)
 SAGGING = chord_span(100, 10, -0.02, EA, MASS)
 SIZES = {1: (16, 32, 64), 2: (8, 16, 32), 3: (4, 8, 16, 32), 4: (4, 8, 16, 32)}

@@ -19,7 +19,7 @@ from cablestudy.study.suspension.ssm_control import CoupledChoice, choose_contro
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.coupled import Layout
 from cablestudy.system.modal_reduction import inertia_shares, keep_modes, truncate_modes
-from cablestudy.wind.strips import amplitudes, nodal_shapes
+from cablestudy.wind.strips import coordinate_amplitudes, nodal_shapes
 
 
 @dataclass(frozen=True)
@@ -234,7 +234,7 @@ def with_node_forces(system, layout, coordinates):
     """Add forces on the inner nodes of the cables, for wind that varies along them, to the inputs of a linear system.
 
     While nothing moves, the two ends of a cable carry these forces, which changes its tensions directly: the change is
-    in the matrix D of the system (see `strips.amplitudes`).
+    in the matrix D of the system (see `strips.coordinate_amplitudes`).
 
     Parameters
     ----------
@@ -254,7 +254,7 @@ def with_node_forces(system, layout, coordinates):
     names, heavy = layout.equilibrium.suspension.cable_names, np.flatnonzero(coordinates.models.cables.heavy)
     if not heavy.size:
         return system
-    by_cable = amplitudes(coordinates, layout, np.eye(len(system)), list(heavy[:, None]))
+    by_cable = coordinate_amplitudes(coordinates, layout, np.eye(len(system)), list(heavy[:, None]))
     forces, labels = [], []  # forces on the coordinates, then their decrease of the two tensions of each heavy cable
     # shapes: displacements of the nodes of a cable by its modes, then by its ends, shape (p, 3, k)
     on_nodes = nodal_shapes(coordinates.models, coordinates.kept, heavy)
