@@ -501,3 +501,15 @@ def test_the_command_draws_modes():
     case = case_at("carlina-net")
     figure = plots.coupled_mode_shapes(case, case.modes(3), 0)
     assert figure.get_suptitle() == "There is no mode to show"
+
+
+def test_what_stated_tensions_mean_is_said_by_every_command():
+    """With 500 N in the left cable the mass is 2 m along; the load on the right one may belong to the state or not."""
+    stated = BETWEEN.replace("unstretched_length: 1.9900497512437811", "preload: 500")
+    stated = stated.replace("at: [2, 0, 0]", "at: [1.5, 0, 0]")
+    scene = written(stated.replace("right: {from", "right: {loads: [{at: 1, mass: 1}], from"))
+    study = f"base: {scene}\nvary: [{{gravity: [0]}}]\ncolumns: [max_tension]\n"
+    notes = [line for line in run("static", scene).err.splitlines() if line.startswith("note: ")]
+    assert len(notes) == 2
+    for result in (run("ssm", scene), run("sweep", "-", "--no-write", stdin=study)):
+        assert all(note in result.err for note in notes)

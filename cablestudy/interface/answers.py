@@ -34,10 +34,10 @@ def locus(scene, load):
 
     if failed := _failure_without_loads(scene, "static --locus"):
         return failed
-    path = load_path(scene.document, scene.model, load)
+    path, kind = load_path(scene.document, scene.model, load), kind_of(scene.model)
     return Answer(
         tables=only(path.table),
-        warnings=kind_of(scene.model).notes_on_stated(scene.model),
+        warnings=kind.notes_on_stated(kind.case(scene.model)),
         failures=tuple(path.failures),
         draw=(lambda plots: plots.load_path(path)) if path.cables else None,
     )
@@ -149,7 +149,6 @@ def ssm(scene, out=None, response=None, **options):
     `out` is written there is none. The other options are fields of `ssm.StateSpaceOptions`.
     """
     from cablestudy.study import ssm as state_spaces
-    from cablestudy.study.notes import reference_without_loads
     from cablestudy.study.scene_kind import kind_of
     from cablestudy.study.ssm_tables import drawn_points, response_table, with_resonances
 
@@ -159,12 +158,10 @@ def ssm(scene, out=None, response=None, **options):
     attached = state_space_options.attached
     if attached in scene.absent:
         raise SceneError(scene.absent[attached])
-    kind_module = kind_of(scene.model).ssm
-    kind_module.check_options(state_space_options, bool(frequency_range), out)
-    choice = kind_module.choose(
-        scene.document, scene.model, state_space_options, frequency_range and frequency_range[1]
-    )
-    warnings = [*reference_without_loads(scene.model), *choice.warnings]
+    kind = kind_of(scene.model)
+    kind.ssm.check_options(state_space_options, bool(frequency_range), out)
+    choice = kind.ssm.choose(scene.document, scene.model, state_space_options, frequency_range and frequency_range[1])
+    warnings = [*kind.notes_on_stated(choice.case), *choice.warnings]
     if out:
         system = state_spaces.exported(choice.system(), state_space_options)
         dampings = [cable.damping for cable in scene.model.cables.values()]
@@ -248,7 +245,7 @@ def find_value(document, goal, by, between=None, columns=None):
         solutions = find.solve(search, document)
         table, rows = find.find_table(search, solutions, shown_columns)
         several_values = (f"{len(solutions.values)} values of {by}",) if len(solutions.values) > 1 else ()
-    notes = kind_of(solutions.scenes[0]).notes_on_found(rows[0].case)
+    notes = kind_of(solutions.scenes[0]).notes_on_stated(rows[0].case)
     warnings = dict.fromkeys((*solutions.notes, *(warning for row in rows for warning in row.warnings), *notes))
     return Answer(
         tables=only(table),

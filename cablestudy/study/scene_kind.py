@@ -24,10 +24,9 @@ class SceneKind:
     # cables; else empty
     of_each_cable: Callable
     usual_columns: tuple  # names of the columns that `find` shows besides the column of its goal
-    # scene -> notes, at most one, on the meaning of the tensions and sags that it states; raises NoSolutionError and
+    # case -> notes on the meaning of the tensions and sags that its scene states; raises NoSolutionError and
     # ConvergenceError where a suspension has no stable equilibrium
     notes_on_stated: Callable
-    notes_on_found: Callable  # case of a solution of `find` -> notes of the same meaning
     freeze: Callable  # document, scene -> contents of its file with unstretched lengths, see `freeze.freeze_cable`
     case: Callable  # scene -> `CableCase` or `SuspensionCase`
     as_suspension: Callable  # scene -> `SuspensionScene` of the same points, bodies, cables and winches
@@ -67,8 +66,7 @@ def _one_cable():
         why_not=columns.why_not,
         of_each_cable=lambda scene, name: [],
         usual_columns=("preload", "max_tension", "sag", "unstretched_length", "utilisation"),
-        notes_on_stated=reference_without_loads,
-        notes_on_found=lambda case: (),
+        notes_on_stated=lambda case: reference_without_loads(case.scene),
         freeze=freeze_cable,
         case=CableCase,
         as_suspension=as_suspension,
@@ -84,7 +82,7 @@ def _suspension():
     from cablestudy.study.freeze import freeze_suspension
     from cablestudy.study.suspension import columns
     from cablestudy.study.suspension.case import SuspensionCase
-    from cablestudy.study.suspension.notes import note_on_moved_bodies
+    from cablestudy.study.suspension.notes import notes_on_stated
     from cablestudy.study.suspension.rows import evaluate_suspensions
 
     return SceneKind(
@@ -93,8 +91,7 @@ def _suspension():
         why_not=columns.why_not,
         of_each_cable=columns.of_each_cable,
         usual_columns=("min_tension", "max_tension", "max_utilisation"),
-        notes_on_stated=lambda scene: note_on_moved_bodies(SuspensionCase(scene)),
-        notes_on_found=note_on_moved_bodies,
+        notes_on_stated=notes_on_stated,
         freeze=freeze_suspension,
         case=SuspensionCase,
         as_suspension=lambda scene: scene,

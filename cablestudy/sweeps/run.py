@@ -230,7 +230,7 @@ class Run:
         lines = []
         with suppress(CablestudyError):
             scene = self.study.case(0)[1]
-            lines += kind_of(scene).notes_on_stated(scene)
+            lines += kind_of(scene).notes_on_stated(kind_of(scene).case(scene))
         for doubt, words in DOUBTS:
             rows = [str(case + 1) for case in self.store.doubtful(doubt)]
             if rows:

@@ -64,18 +64,22 @@ def strength_warning(case):
 def warnings_of(case):
     """Warnings and notes on a case in addition to its results, a tuple of str.
 
-    `strength_warning`, `notes_on_lost_cables`, `note_on_moved_bodies`, `reference_without_loads`, and
-    `notes.long_cables` for cables much longer than their spans.
+    `strength_warning`, `notes_on_lost_cables`, `notes_on_stated`, and `notes.long_cables` for cables much longer than
+    their spans.
     """
     reference, index = case.group.reference, case.index
     chord = np.asarray(reference.catenary.span.chord)[index]
     names, stated = reference.suspension.cable_names, reference.suspension.stated
     notes_on_length = long_cables(names, np.asarray(reference.lengths)[index].tolist(), chord.tolist(), stated)
-    notes_on_state = *notes_on_lost_cables(case), *note_on_moved_bodies(case), *reference_without_loads(case.scene)
-    return (*strength_warning(case), *notes_on_state, *notes_on_length)
+    return (*strength_warning(case), *notes_on_lost_cables(case), *notes_on_stated(case), *notes_on_length)
 
 
-def reference_without_loads(scene):
+def notes_on_stated(case):
+    """Notes on the meaning of the tensions and sags that a scene states, by a case of it; tuple of str."""
+    return *_note_on_moved_bodies(case), *_reference_without_loads(case.scene)
+
+
+def _reference_without_loads(scene):
     """Notes, at most one: cables have point loads, and none says whether the reference state has them; tuple of str.
 
     Nothing depends on it where all cables state their unstretched length.
@@ -91,7 +95,7 @@ def reference_without_loads(scene):
     )
 
 
-def note_on_moved_bodies(case):
+def _note_on_moved_bodies(case):
     """Note on bodies and free points that stated tensions or sags move from their place in the file, at most one.
 
     Where a cable states a tension or sag, its unstretched length follows with all forces of the scene acting. A force
@@ -128,7 +132,7 @@ def note_on_moved_bodies(case):
 
 
 def _distances_from_places(case, tables):
-    """Distances of bodies and free points from their places in the scene, of those that `note_on_moved_bodies` reports.
+    """Distances of bodies and free points from their places in the scene that the note on moved bodies has.
 
     Parameters
     ----------
