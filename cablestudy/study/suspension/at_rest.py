@@ -261,17 +261,21 @@ class SuspensionAtRest:
         cable = self.cable(part) if part in self.scene.cables else None
         if column.needs == "scene" and (quantity != "chord" or cable is None or self._ends_held(cable)):
             return 0.0
-        error = self.group.errors.statics[self.index]
-        if cable is not None and column.whole is not None and number is not None:
-            whole = self.group.cables.column(f"whole of {quantity}", column.whole)
-            error = of_part(error, whole[self.index, cable], number)
-        return max(float(error), self.error_by_drag(column, number, cable))
+        error = self._of_part(self.group.errors.statics[self.index], column, number, cable)
+        return max(error, self.error_by_drag(column, number, cable))
+
+    def _of_part(self, error, column, number, cable):
+        """Relative error of a number, more than that of a cable where larger ones cancel in it (`Column.whole`). [-]"""
+        if cable is None or column.whole is None or number is None:
+            return error
+        whole = self.group.cables.column(f"whole of {column.name.rpartition('.')[2]}", column.whole)
+        return float(of_part(error, whole[self.index, cable], number))
 
     def error_by_drag(self, column, number, cable=None):
         """Relative error of a number of the statics by the parts on which the drag of a steady wind varies. [-]"""
         if self.coarser is None or column.of_reference or not isinstance(number, float) or not isfinite(number):
             return 0.0
-        least = self.group.least_error_by_drag(self.index, cable)
+        least = self._of_part(self.group.least_error_by_drag(self.index, cable), column, number, cable)
         return float(errors_by_parts(number, number_of(column, self.coarser), least))
 
     def check(self, column):
