@@ -237,12 +237,11 @@ def test_load_cases_of_suspensions_are_within_their_stated_errors(seed):
 
 @pytest.mark.parametrize("seed", campaign(range(14), [0, 1, 4, 7]))
 def test_light_bodies_and_insulators_in_a_storm_are_within_their_stated_errors(seed):
-    """Drag that follows the cables moves them so far that a first order says little; no error is far too large."""
-    expected, row = assert_within_stated_errors(scene_data(seed, storm=True))
-    axes = [f"box.{axis}" for axis in "xyz"]
-    movement = np.linalg.norm([row.values[axis] - expected[axis] for axis in axes])
-    for axis in axes:
-        assert row.errors[axis] * abs(row.values[axis]) < 2 * movement + 1e-7
+    """Drag that follows the cables moves them by metres, and none of their errors is stated much too large."""
+    _, row = assert_within_stated_errors(scene_data(seed, storm=True))
+    height = row.values["box.z"]
+    for axis in "xyz":
+        assert row.errors[f"box.{axis}"] * abs(row.values[f"box.{axis}"]) < 1e-6 * height
 
 
 @pytest.mark.parametrize("seed", campaign([1, 4, 5, 7], [5]))
