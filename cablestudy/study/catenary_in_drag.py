@@ -66,9 +66,10 @@ class CatenaryInDrag(SegmentedCable):
     def least_errors(self):
         """Relative errors that all numbers of each cable have, shape (...). [-]
 
-        Against half as many parts one of them may be right by chance: it still has the error of the finer polynomials.
+        Against half as many parts one of them may be right by chance: it still has the error of the finer polynomials,
+        a 64th of what they change, or its square where that is more: so large a change falls more slowly.
         """
-        return bounded_errors(self.unsettled + STUDY.finer_parts * self.by_parts)
+        return bounded_errors(self.unsettled + self.by_parts * np.clip(self.by_parts, STUDY.finer_parts, 1.0))
 
     @property
     def span(self):
