@@ -43,7 +43,10 @@ def of_each(function, failed, *stacks):
 
 
 def solved(matrices, right):
-    """Solutions of linear systems, NaN where one is singular, shapes (m, n, n) and (m, n, k)."""
+    """Solutions of linear systems, NaN where one is singular, shapes (m, n, n) and (m, n, k); see `solve`."""
+    if matrices.shape[-1] == 1:
+        with np.errstate(all="ignore"):
+            return np.where(matrices == 0, np.nan, right / matrices)
     return of_each(np.linalg.solve, np.nan, matrices, right)
 
 
@@ -59,7 +62,10 @@ def solved_sparse(matrix, right):
 
 
 def inverse(matrices):
-    """Inverses of matrices, shape (n, m, m); infinite where one is singular."""
+    """Inverses of matrices, shape (n, m, m); infinite where one is singular. Of one number its reciprocal."""
+    if matrices.shape[-1] == 1:
+        with np.errstate(all="ignore"):
+            return np.where(matrices == 0, np.inf, 1 / matrices)
     return of_each(np.linalg.inv, np.inf, matrices)
 
 

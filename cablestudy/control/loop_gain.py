@@ -16,7 +16,7 @@ from math import prod
 
 import numpy as np
 
-from cablestudy.cable.matrices import solve
+from cablestudy.cable.matrices import inverse, solve
 from cablestudy.cable.records import stack
 from cablestudy.control.notch import NotchedLaw
 from cablestudy.control.tolerances import CONTROL
@@ -105,7 +105,7 @@ class LoopGain:
             bodies = bodies + gain * (pulled @ self.allocation * self.controller(s)[:, None, :]) @ self.measured
         finite = np.isfinite(bodies).all(axis=(1, 2))
         receptance = np.full(bodies.shape, np.nan, dtype=complex)
-        receptance[finite] = np.linalg.inv(bodies[finite])
+        receptance[finite] = inverse(bodies[finite])
         return receptance
 
     @property

@@ -14,6 +14,7 @@ ends. A gain g moves the pole by -g X/(2 s) to first order, with
 import numpy as np
 
 from cablestudy.cable.matrices import solved
+from cablestudy.control.curves import eigenvalues
 from cablestudy.control.loop_gain import LoopGain
 from cablestudy.control.notch import NotchedLaw
 from cablestudy.control.tolerances import CONTROL
@@ -186,4 +187,4 @@ def _steps_to_poles(loop_gains, row, s):
     stiffness, beside = (LoopGain.stiffness_and_forces(loop_gains, row, at)[0] for at in (s, s + apart))
     step = solved((beside - stiffness) / apart[:, None, None], -stiffness)
     known = np.isfinite(step).all(axis=(1, 2))
-    return known, np.linalg.eigvals(step[known])
+    return known, eigenvalues(step[known])
