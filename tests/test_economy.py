@@ -13,7 +13,7 @@ from solved import rows_as_alone, solve_all
 
 from cablestudy.cable import assembly, catenary, dynamics, equilibrium
 from cablestudy.cable.tolerances import CABLE
-from cablestudy.motion import plant
+from cablestudy.motion import body_damping, plant
 from cablestudy.motion.dynamic_analysis import DynamicAnalysis
 from cablestudy.motion.gust_response import GustResponse
 from cablestudy.motion.tension_waves import change_by_waves
@@ -95,6 +95,12 @@ def test_errors_of_rates_above_the_integrals_are_for_columns_of_rates_alone(monk
     assert not calls
     evaluate_suspensions([wind], [find(name) for name in names])
     assert len(calls) == 1
+
+
+def test_the_pole_of_a_strongly_damped_mode_costs_no_model_of_coupled_modes(monkeypatch):
+    monkeypatch.setattr(body_damping, "damped_poles", None)
+    sets = "cable.diameter=3.5 mm", "cable.damping={model: kelvin_voigt, time: 5 ms}", "model={accuracy: 1e-4}"
+    assert evaluate(scene(*sets), [find("gondola_damping_ratio")]).cells["gondola_damping_ratio"] > 0.02
 
 
 @pytest.mark.parametrize("path", [CARLINA, SLACK])

@@ -6,6 +6,7 @@ from scipy.interpolate import make_interp_spline
 from scipy.optimize import elementwise
 
 from cablestudy.cable.bracketing import minima_between, zeros_between
+from cablestudy.cable.matrices import inverse, solved
 from cablestudy.cable.segment import inverse_symmetric
 from cablestudy.cable.vectors import cross, dot, largest, size, times
 from cablestudy.wind.gusts import CardinalSplines
@@ -146,6 +147,17 @@ def test_products_and_lengths_are_those_of_numpy():
     np.testing.assert_allclose(size(first), np.linalg.norm(first, axis=-1), rtol=1e-15)
     np.testing.assert_allclose(times(matrix, first), (matrix @ first[..., None])[..., 0], rtol=1e-13, atol=1e-15)
     np.testing.assert_array_equal(largest(first), np.abs(first).max(axis=-1))
+
+
+def test_systems_of_one_unknown_are_solved_and_inverted_as_others():
+    """Beside a second unknown that is in no equation of the first, a singular one too."""
+    numbers, right = np.array([2.0, -0.5j, 0.0])[:, None, None], np.array([3.0, 1j, 1.0])[:, None, None]
+    alone, both = (solved(numbers, right), inverse(numbers)), np.eye(2) * numbers
+    beside = solved(both, right * np.ones((2, 1)))[:, :1], inverse(both)[:, :1, :1]
+    np.testing.assert_array_equal(alone[0][:2], beside[0][:2])
+    np.testing.assert_array_equal(alone[1][:2], beside[1][:2])
+    assert np.isnan([alone[0][2], beside[0][2]]).all()
+    assert np.isinf([alone[1][2], beside[1][2]]).all()
 
 
 @pytest.mark.parametrize("scale", [1.0, 1e-12, 1e12])
