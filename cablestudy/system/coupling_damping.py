@@ -430,6 +430,5 @@ def _polynomial(matrices, x):
     """Sum of matrices of shape (..., r, c) times powers of x, shape (..., m), from the zeroth on: (..., m, r, c)."""
     value, x = matrices[-1], x[..., None, None]
     for matrix in matrices[-2::-1]:
-        value = value * x
-        value += matrix  # in place, of large arrays much faster
+        value = value * x + matrix
     return value
