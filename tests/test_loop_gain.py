@@ -378,13 +378,17 @@ def test_the_limit_of_one_coordinate_is_that_of_fine_elements():
 
 
 def test_ends_that_winches_move_on_board_push_the_body_as_in_the_modes_of_the_whole():
-    """Their moment on a body that turns, which the static gain of a state space has by neighbouring equilibria."""
+    """Their moment on a body that turns, which the static gain of a state space has by neighbouring equilibria.
+
+    The drag of the mean wind turns with the modes of the cables; with that at rest alone 4e-7 is off.
+    """
     sets = ["winches.u1.end=to", "winches.u1.direction=[0.6, 0, 0.8]"]
     path = CONFIGS / "suspensions" / "carlina-net-wind.yaml"
     loop = SuspensionCase(load_scene(path, sets)[1]).analysis.closed_loop_of(64)
     s = TURN * 1j * np.array([0.02, 0.05, 0.1])
-    found, expected = loop.stability.driven.loop_gain(s), loop.loop.unit_gain(s)
-    assert found == pytest.approx(expected, abs=1e-7 * np.abs(expected).max())
+    loop_gain, expected = loop.stability.driven.loop_gain, loop.loop.unit_gain(s)
+    assert loop_gain(s) == pytest.approx(expected, abs=1e-6 * np.abs(expected).max())
+    assert replace(loop_gain, moving_loads=True)(s) == pytest.approx(expected, abs=1e-7 * np.abs(expected).max())
 
 
 @pytest.mark.parametrize("error", [3e-7, -3e-7])

@@ -9,11 +9,13 @@ import numpy as np
 import pytest
 from campaign import campaign
 from references import cable_in_wind
-from references.dense import cross
+from references.bars_in_wind import slow_spectrum
 from scipy.optimize import root
 from scipy.spatial.transform import Rotation
 from solved import solve
 from suspension_cases import case_of
+
+from cablestudy.wind import gusts
 
 G, PIECES = 9.81, 100
 SIZE = 20.0  # distance of the anchors [m]
@@ -183,29 +185,18 @@ class Truth:
     def slow_motion(self, position, rotation, speed, rms):
         """Columns of the RMS of the body in slow gusts along x, in equilibrium found from a pose nearby: dict.
 
-        Its stiffness is that of the pieces in line, with all forces as dead loads, that of the drag too.
+        Its stiffness is the change of all forces with the pose, by differences: that of the drag too.
         """
-        place, turned, (_, tensions) = self.equilibrium(position, rotation)
-        weight, stiffness = np.array([0, 0, -G * self.body["mass"]]), np.zeros((6, 6))
-        areas, (center, drag) = 1.1 * np.array(self.body["wind"]["area"]), self.drag(place, turned)
-        loads = [
-            (turned @ self.body["center_of_mass"], weight), (center, drag),
-            (turned @ self.body["markers"]["tip"], self.day["forces"]["box.tip"]),
-        ]  # fmt: skip
-        for arm, length, forces in zip(self.attached @ turned.T, self.stated, tensions.swapaxes(0, 1), strict=True):
-            bars = [
-                cable_in_wind.bar_stiffness(force, self.stiffness, length / PIECES)
-                for force in (forces[1:] + forces[:-1]) / 2
-            ]
-            moved = np.concatenate([np.eye(3), -cross(arm)], axis=1)
-            stiffness += moved.T @ np.linalg.inv(np.linalg.inv(bars).sum(axis=0)) @ moved
-            loads.append((arm, -forces[-1]))
-        turning = -sum(cross(force) @ cross(arm) for arm, force in loads)
-        stiffness[3:, 3:] += (turning + turning.T) / 2
-        along = turned.T @ [1.0, 0.0, 0.0]
-        rate = 0.6 * speed * turned @ (areas[:, None] * (np.eye(3) + np.outer(along, along))) @ along
+        place, turned, _ = self.equilibrium(position, rotation)
         moves = [axis in self.free for axis in ROWS]
-        push = np.concatenate([rate, np.cross(center, rate)])[moves]
+
+        def forces(step):
+            return self.balance(place + step[:3], Rotation.from_rotvec(step[3:]).as_matrix() @ turned)[0]
+
+        stiffness = np.array([(forces(-step) - forces(step)) / 2e-5 for step in 1e-5 * np.eye(6)]).T
+        areas, along = 1.1 * np.array(self.body["wind"]["area"]), turned.T @ [1.0, 0.0, 0.0]
+        rate = 0.6 * speed * turned @ (areas[:, None] * (np.eye(3) + np.outer(along, along))) @ along
+        push = np.concatenate([rate, np.cross(turned @ self.body["wind"]["center_of_pressure"], rate)])[moves]
         found = rms * np.abs(np.linalg.solve(stiffness[np.ix_(moves, moves)], push))
         return {
             f"box.rms_{axis}": (1e6 if len(axis) > 1 else 1e3) * value
@@ -264,15 +255,16 @@ def test_mean_displacements_of_light_bodies_on_slack_cables_are_within_their_sta
     assert (error < 1e-5).all()
 
 
-@pytest.mark.parametrize("seed", [4, 7])
-def test_slow_motion_in_a_storm_is_within_its_stated_errors(seed):
-    """Drag that follows the cables changes the stiffness, and with it the motion, more than any tension."""
+@pytest.mark.parametrize("seed", campaign(range(14), [4, 7]))
+def test_slow_motion_in_a_storm_is_within_its_stated_errors(seed, monkeypatch):
+    """Cables and body turn, and with them the drag of the storm: a dead load would be up to 30 % wrong."""
     data = scene_data(seed, storm=True)
+    data["cases"]["day"]["forces"]["box"]["moment"] = [0.0] * 3  # its stiffness is taken as symmetric
     data["cable"]["damping"] = {"time": 1e-3, "viscous": 1.0}
     data["wind"] = {"speed": 5.0, "turbulence_rms": 0.5, "length_scale": 1e9, "on": "bodies", "admittance": "none"}
-    equilibrium = case_of(data).equilibrium
-    truth = Truth(data, equilibrium.end_forces[:, 0])
-    expected = truth.slow_motion(equilibrium.position[0], equilibrium.rotation[0], 5.0, 0.5)
+    monkeypatch.setattr(gusts, "speed_spectrum", slow_spectrum)
+    rest = case_of(data).rest
+    expected = Truth(data, rest.end_forces[:, 0]).slow_motion(rest.position[0], rest.rotation[0], 5.0, 0.5)
     row = solve(data, *expected)
     for column, value in expected.items():
-        assert row.values[column] == pytest.approx(value, rel=row.errors[column] + 1e-6, abs=1e-6), column
+        assert row.values[column] == pytest.approx(value, rel=row.errors[column] + 1e-5, abs=1e-6), column

@@ -195,6 +195,26 @@ class Catenary(SegmentedCable):
         return np.where(slack[..., None, None], 0.0, stiffness) if slack.any() else stiffness
 
     @property
+    def planar(self):
+        """True when no load leaves the plane of chord and vertical: motion in it and out of it decouple."""
+        return self.span.planar
+
+    @property
+    def mirror_symmetric(self):
+        """True where a cable is its own mirror image at mid-length, shape (...)."""
+        return self.span.mirror_symmetric
+
+    @property
+    def end_loads(self):
+        """Distributed load at both ends, global axes, shape (..., 2, 3). [N/m]"""
+        size = np.asarray(self.span.mass * self.span.gravity)[..., None]
+        load = np.broadcast_to(-size * self.span.vertical, (*np.shape(self.span.chord), 3))
+        return np.stack([load, load], axis=-2)
+
+    def uneven_load(self, edges):
+        """Load besides the uniform one and point loads on each part between edges: None, for there is none."""
+
+    @property
     def folded(self):
         """True where a cable has almost no tension somewhere, shape (...): it has no stiffness about this form."""
         return self.min_tension <= CABLE.folded * self.max_tension

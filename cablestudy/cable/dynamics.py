@@ -64,7 +64,7 @@ class Dynamics:
 
     def __init__(self, state: State, planes=None, only_requested=False):
         self._state, self._mesh, self._only_requested = state, state.mesh, only_requested
-        self.planes = planes or (PLANAR if state.span.planar else (SPATIAL,))
+        self.planes = planes or (PLANAR if state.planar else (SPATIAL,))
         self._modes, self._frequency_cache, self._eigenvectors = {}, {}, {}
         self.among = None  # of some cables of a batch: the `Dynamics` of all, and the index of these
 

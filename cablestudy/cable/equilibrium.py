@@ -27,7 +27,9 @@ def from_catenary(catenary, mesh):
     displacement, _ = catenary.at(mesh.node_positions)
     displacement[..., -1, :] = 0.0
     force = catenary.tension_at(mesh.point_positions.ravel())
-    return _state(catenary, mesh, force / np.asarray(catenary.max_tension)[..., None, None], displacement)
+    state = _state(catenary, mesh, force / np.asarray(catenary.max_tension)[..., None, None], displacement)
+    uneven = catenary.uneven_load(mesh.edges)
+    return state if uneven is None else replace(state, uneven=uneven)
 
 
 def _state(catenary, mesh, force, displacement):
@@ -45,7 +47,7 @@ def _state(catenary, mesh, force, displacement):
         tension=tension.reshape(shape),
         displacement=displacement,
         force=reference,
-        mirror_symmetric=mesh.mirror_symmetric and bool(np.all(catenary.span.mirror_symmetric)),
+        mirror_symmetric=mesh.mirror_symmetric and bool(np.all(catenary.mirror_symmetric)),
     )
 
 

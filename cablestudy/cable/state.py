@@ -30,6 +30,11 @@ class State(SegmentedCable):
         return replace(self, span=self.span.take(index), **arrays)
 
     @property
+    def planar(self):
+        """True when no load leaves the plane of chord and vertical: motion in it and out of it decouple."""
+        return self.uneven is None and self.span.planar
+
+    @property
     def half_changes(self):
         """Half of the changes of tension over each segment, see `SegmentedCable.half_changes`."""
         changes = super().half_changes

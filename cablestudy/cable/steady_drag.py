@@ -69,6 +69,14 @@ class Profile:
         """`Profile` with a last axis of `count` cables, which all have that of their row."""
         return with_arrays(self, lambda array: np.broadcast_to(array[..., None], (*array.shape, count)))
 
+    def take(self, rows):
+        """`Profile` of some rows."""
+        return take_rows(self, rows)
+
+    def of_each(self, count):
+        """`Profile` of shape (count,) from one of shape (1,)."""
+        return self.take(np.zeros(count, dtype=int))
+
     def pressure(self, points):
         """Dynamic pressure over the stated one at points, shape (..., k, 3) [m]: none at and below the ground.
 
@@ -83,6 +91,12 @@ class Profile:
         )
         above_ground = points[..., 2] - (self._ground_under(points[..., 0]) if ground.dtype == object else ground)
         return np.where(exponent > 0, (np.maximum(above_ground, 0.0) / height) ** (2 * exponent), 1.0)
+
+    def gradient(self, points):
+        """Gradient of `pressure` at points, shape (..., k, 3), by central differences. [1/m]"""
+        step = CABLE.pressure_step * np.eye(3)
+        changes = [self.pressure(points + along) - self.pressure(points - along) for along in step]
+        return np.stack(changes, axis=-1) / (2 * CABLE.pressure_step)
 
     def mean_pressure(self, cable, end_1):
         """Mean of `pressure` along cables where they hang, by Gauss's rule, shape (...). [-]

@@ -92,7 +92,7 @@ class ActuatorFeedback:
         return (self.velocity_gain * s + self.position_gain) * (s / (s + self.corner) if self.filtered else 1.0)
 
 
-def motion_of_rows(whole: LinearSystem, omega, shapes, winches, damping):
+def motion_of_rows(whole: LinearSystem, omega, shapes, winches, damping, load_stiffness=0.0, held=0.0):
     """Reduce n suspensions to m shapes Phi each, without actuators: z = Phi q.
 
     Parameters
@@ -107,12 +107,16 @@ def motion_of_rows(whole: LinearSystem, omega, shapes, winches, damping):
         Number of winches, which are the first inputs of `whole`.
     damping : ndarray, shape (n, m, m), or 0
         Damping of the amplitudes q in addition to that of `whole`.
+    load_stiffness : ndarray, shape (n, m, m), or 0
+        L: stiffness of these amplitudes by loads that turn with what moves, not symmetric.
+    held : ndarray, shape (n, m, winches), or 0
+        Forces that hold the amplitudes against these loads per length that each winch reels in.
 
     Returns
     -------
     LinearSystem
-        Of n rows: q'' + (Phi^T C Phi + `damping`) q' + (W^2 + i Phi^T Im(K) Phi) q = Phi^T (B0 v + B1 v' + B2 v''). The
-        inputs v are the lengths that the winches reel in; outputs are those of `whole`.
+        Of n rows: q'' + (Phi^T C Phi + `damping`) q' + (W^2 + L + i Phi^T Im(K) Phi) q = Phi^T (B0 v + B1 v' + B2
+        v''). The inputs v are the lengths that the winches reel in; outputs are those of `whole`.
     """
     count, transposed = omega.shape[-1], np.swapaxes(shapes, -1, -2)
     stiffness = np.zeros((*omega.shape, count), whole.stiffness.dtype)
@@ -125,8 +129,8 @@ def motion_of_rows(whole: LinearSystem, omega, shapes, winches, damping):
     return LinearSystem(
         mass,
         transposed @ whole.damping @ shapes + damping,
-        stiffness,
-        tuple(transposed @ matrix[..., :winches] for matrix in whole.b),
+        stiffness + load_stiffness,
+        tuple(transposed @ matrix[..., :winches] - held * (order == 0) for order, matrix in enumerate(whole.b)),
         c=tuple(matrix @ shapes for matrix in whole.c),
         d=tuple(matrix[..., :winches] for matrix in whole.d),
         scale=omega,

@@ -123,7 +123,8 @@ def suspension_systems(parts):
     A winch moves the end of its cable, which gives the input matrices B0, B1 and B2 of its displacement, speed and
     acceleration. It also changes the loads on the bodies directly, by the weight that it takes off the cable
     (`WinchedEnds.lifted`) and by the lever arm of the cable's force (`moments`), which is added to B0. Loads on bodies
-    and points follow the winches among the inputs.
+    and points follow the winches among the inputs. Load stiffness of cables is in the tensions; in K, which is
+    symmetric, and in B0 it is not (`Plant.motion` adds it).
     """
     first, layouts = parts[0], [row.layout for row in parts]
     layout = first.layout
@@ -136,6 +137,9 @@ def suspension_systems(parts):
     by_length, by_speed, by_acceleration = system.b
     by_length = by_length.copy()
     by_length[:, modal:] += ends.loads(connection, layout.free)
+    if any(cable.element.load_stiffness is not None for row in parts for cable in row.kept):
+        loads = [_load_stiffness(parts, cable) for cable in range(len(first.kept))]
+        matrices = [(*of_cable[:2], of_cable[2] + own) for of_cable, own in zip(matrices, loads, strict=True)]
     c, d = _outputs(parts, matrices, connection, ends)
     input_names, output_names = labels(layout, first.winches, first.markers, bool(first.midspans))
     system = replace(
@@ -149,6 +153,13 @@ def suspension_systems(parts):
     )
     loads_on_bodies = np.broadcast_to(np.eye(total)[:, modal:], (len(parts), total, free))
     return system.with_forces(loads_on_bodies, input_names[len(first.winches) :])
+
+
+def _load_stiffness(parts, cable):
+    """`Superelement.load_stiffness` of one cable of n suspensions, zero where it has none, shape (n, m + 6, m + 6)."""
+    elements = [row.kept[cable].element for row in parts]
+    none = np.zeros((len(elements[0].omega) + 6,) * 2)
+    return np.array([none if one.load_stiffness is None else one.load_stiffness for one in elements])
 
 
 def _with_moved_ends(parts, matrices, connection, movements):

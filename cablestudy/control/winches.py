@@ -56,7 +56,7 @@ class WinchedEnds:
     def __init__(self, layouts, winches):
         equilibria = [at.equilibrium for at in layouts]
         suspension = equilibria[0].suspension
-        self._spans = [equilibrium.catenary.span for equilibrium in equilibria]
+        self._catenaries = [equilibrium.catenary for equilibrium in equilibria]
         forces = np.array([equilibrium.end_forces[suspension.of_cables] for equilibrium in equilibria])  # on bodies
         self.direction, self._tension = tangents(forces)
         (rows, cables, *_), bodies, count = forces.shape, len(suspension.body_names), len(winches[0])
@@ -66,7 +66,7 @@ class WinchedEnds:
             cable, end, direction = of_rows[0].cable, of_rows[0].end, of_rows[0].direction
             if direction is None:
                 movements[:, cable, end, :, column] = self._movement_by_reeling(cable, end)
-                lifted[:, cable, end, :, column] = self._load_per_length(cable)
+                lifted[:, cable, end, :, column] = [-at.end_loads[cable, end] for at in self._catenaries]
                 continue
             directions = np.array([winch.direction for winch in of_rows])
             movements[:, cable, end, :, column] = directions
@@ -79,15 +79,9 @@ class WinchedEnds:
 
     def _movement_by_reeling(self, cable, end):
         """Displacement of an end of a cable per length reeled in there, (1 + T/EA) t, shape (n, 3). [-]"""
-        axial_stiffness = np.array([span.axial_stiffness[cable] for span in self._spans])
+        axial_stiffness = np.array([at.span.axial_stiffness[cable] for at in self._catenaries])
         stretch = 1 + self._tension[:, cable, end] / axial_stiffness
         return stretch[:, None] * self.direction[:, cable, end]
-
-    def _load_per_length(self, cable):
-        """Uniform load on a cable, upwards where it is its weight, shape (n, 3). [N/m]"""
-        load = np.array([span.mass[cable] * span.gravity[cable] for span in self._spans])
-        upwards = np.array([np.broadcast_to(span.vertical, (*span.mass.shape, 3))[cable] for span in self._spans])
-        return load[:, None] * upwards
 
     def loads(self, connection, free):
         """Loads on bodies and points per movement of each winch, bodies and cables at rest, shape (n, d, i).

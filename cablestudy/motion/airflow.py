@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from cablestudy.wind.coherence import davenport
-from cablestudy.wind.gusts import damping_of_bodies, gusts
+from cablestudy.wind.gusts import damping_of_bodies, gusts, stiffness_of_bodies
 from cablestudy.wind.mean import Drag
 from cablestudy.wind.strips import on_cables, strips
 
@@ -77,6 +77,8 @@ class Airflow:
         With wind.
     drag : Drag
         Of this case.
+    mean_drag : Drag, optional
+        Of the wind about whose equilibrium it moves; where it is None the drag does not turn with cables and bodies.
 
     Attributes
     ----------
@@ -86,8 +88,8 @@ class Airflow:
 
     direction_name = ""
 
-    def __init__(self, scene, drag):
-        self.scene, self.drag = scene, drag
+    def __init__(self, scene, drag, mean_drag=None):
+        self.scene, self.drag, self.mean_drag = scene, drag, mean_drag
 
     @property
     def on_cables(self):
@@ -114,15 +116,32 @@ class Airflow:
             yield from zip(group.cables.tolist(), group.damping, strict=True)
 
     def damped(self, models, kept, equilibrium):
-        """Superelements of the cables of some `Models` with their aerodynamic damping: list of ReducedCable."""
-        damped = list(kept)
-        for cable, air in self.damping_of_cables(models, kept, equilibrium):
-            damped[cable] = replace(kept[cable], element=replace(kept[cable].element, air=air))
+        """Superelements of the cables of some `Models` with aerodynamic damping and stiffness: list of ReducedCable."""
+        if not self.damps:
+            return kept
+        damped, gusts, same = list(kept), strips(models, kept, equilibrium, self.drag), self.mean_drag is self.drag
+        mean = gusts if same else self.mean_drag and strips(models, kept, equilibrium, self.mean_drag)
+
+        def add(name, matrices):
+            for cable, matrix in matrices:
+                damped[cable] = replace(damped[cable], element=replace(damped[cable].element, **{name: matrix}))
+
+        for group in gusts:
+            add("air", zip(group.cables.tolist(), group.damping, strict=True))
+        for group in mean or []:
+            heavy = [row for row, cable in enumerate(group.cables) if models.meshes[cable] is not None]
+            if heavy:  # no wind acts at rest on cables without mass
+                stiffness = group.stiffness
+                add("load_stiffness", ((group.cables[row], stiffness[row]) for row in heavy))
         return damped
 
     def damping_of_bodies(self, layout, shapes):
         """Damping of coordinates by the drag on bodies, see `gusts.damping_of_bodies`; 0 without damping."""
         return damping_of_bodies(self.drag, layout, shapes) if self.damps else 0.0
+
+    def stiffness_of_bodies(self, layout, shapes):
+        """Stiffness of coordinates by the mean drag on bodies, see `gusts.stiffness_of_bodies`; 0 without damping."""
+        return stiffness_of_bodies(self.mean_drag, layout, shapes) if self.damps and self.mean_drag else 0.0
 
     def damped_system(self, modes):
         """The `LinearSystem` of some `CoupledModes` with the aerodynamic damping of cables and bodies."""

@@ -16,8 +16,8 @@ from cablestudy.system.tolerances import SYSTEM
 class LoopGainErrors:
     """Errors of the largest stable gain and of margins, from what the loop gain of `DrivenCables` leaves open.
 
-    They are found by comparison with other loop gains: of cables changed by the errors of their models, of cables in
-    equilibrium under the drag of the mean wind too, or with other vectors in place of the highest modes.
+    They are found by comparison with other loop gains: of cables changed by the errors of their models, of cables whose
+    drag turns with their modes or varies along them, or with other vectors in place of the highest modes.
 
     Parameters
     ----------
@@ -52,12 +52,18 @@ class LoopGainErrors:
 
     @cached_property
     def by_drag(self):
-        """Loop gain of cables in equilibrium under the drag of the mean wind, ends unmoved: list of one, or none."""
+        """Loop gains of cables whose drag turns with their modes, or varies along them, ends unmoved: list.
+
+        The first of cables with load stiffness, which the loop gain has as at rest; the second where the equilibrium
+        takes drag as uniform along each cable.
+        """
         driven, drag = self._driven, self._driven.closed_loop.plant.mean_drag
-        if drag is None or not drag.normal_drag.any():
-            return []
-        models = driven.models.in_drag(drag)
-        return [driven.loop_gain_of(models.with_modes(driven.modes_in_loop(models)), models)]
+        turns = any(element.load_stiffness is not None for element in driven.loop_gain.elements)
+        found = [replace(driven.loop_gain, moving_loads=True)] if turns else []
+        if drag is not None and drag.normal_drag.any():
+            models = driven.models.in_drag(drag)
+            found.append(driven.loop_gain_of(models.with_modes(driven.modes_in_loop(models)), models))
+        return found
 
     def _mesh_errors(self, group):
         """Estimated relative errors due to the mesh: of the frequencies W of n modes of each cable of a `MeshGroup`.
@@ -123,8 +129,7 @@ class LoopGainErrors:
     def of_limit(self):
         """Relative errors of the factor and the frequency of `limit`: by models, then by drag, shape (2, 2). [-]
 
-        They are NaN where not known. The drag is that of the mean wind, which the models take as uniform along
-        each cable.
+        They are NaN where not known. By drag as of `by_drag`.
         """
         limit, resolving, errors = self._driven.limit, self._driven.resolving, np.full((2, 2), np.nan)
         if limit is None or not limit.omega <= resolving.resolved_to:

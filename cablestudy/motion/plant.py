@@ -103,7 +103,7 @@ class Plant:
     points : bool
         True if static responses to loads on free points are coordinates too, as those to loads on bodies always are.
     mean_drag : SteadyDrag or None
-        Drag of the mean wind on the cables, shape (c,), which the equilibrium takes as uniform along each.
+        Drag of the wind on the cables, shape (c,), if the equilibrium takes it as uniform along each.
     """
 
     scene: object
@@ -133,7 +133,8 @@ class Plant:
     @cached_property
     def end_movements(self):
         """G: displacements of both ends of each cable by the free displacements, shape (c, 6, d)."""
-        return dense(self.layout.connection).reshape(-1, 6, len(self.layout.free))
+        cables = len(self.equilibrium.suspension.cable_names)
+        return dense(self.layout.connection).reshape(cables, 6, len(self.layout.free))
 
     @cached_property
     def with_all_modes(self):
@@ -339,12 +340,39 @@ class Plant:
         return self.airflow is not None and self.airflow.damps
 
     def in_air(self, models, kept):
-        """Superelements of the cables of some `Models` with their aerodynamic damping: list of ReducedCable."""
+        """Superelements of the cables of some `Models` with aerodynamic damping and stiffness: list of ReducedCable."""
         return self.airflow.damped(models, kept, self.equilibrium) if self.airflow else kept
 
     def air_on_bodies(self, shapes):
         """Aerodynamic damping of coordinates by the drag on bodies, see `damping_of_bodies`; 0 without."""
         return self.airflow.damping_of_bodies(self.layout, shapes) if self.airflow else 0.0
+
+    def holding_loads(self, shapes):
+        """Forces on all n coordinates that hold motions against the mean drag, which turns with them, shape (n, m + i).
+
+        Of m shapes, (n, m), then of lengths that i winches reel in; zero where drag does not turn.
+        """
+        count, winches, first = shapes.shape[1], len(self.winches), 0
+        forces, moved = np.zeros((len(shapes), count + winches)), self.layout.bodies(shapes)
+        if self.airflow is None:
+            return forces
+        on_bodies = self.layout.bodies(forces)  # a view
+        of_bodies = np.zeros((len(moved),) * 2) + self.airflow.stiffness_of_bodies(self.layout, np.eye(len(moved)))
+        on_bodies[:, :count] += of_bodies @ moved
+        reeled = self.winched_ends.movements.reshape(len(self.end_movements), 6, winches)
+        for cable, ends, of_winches in zip(self._parts_of_system.kept, self.end_movements, reeled, strict=True):
+            modes, first = slice(first, first + len(cable.element.omega)), first + len(cable.element.omega)
+            if cable.element.load_stiffness is not None:
+                by_modes = np.concatenate([shapes[modes], np.zeros((len(cable.element.omega), winches))], axis=1)
+                by_ends = np.concatenate([ends @ moved, of_winches], axis=1)
+                held = cable.element.load_stiffness @ np.concatenate([by_modes, by_ends])
+                forces[modes] += held[:-6]
+                on_bodies += ends.T @ held[-6:]
+        return forces
+
+    def load_stiffness(self, shapes):
+        """`holding_loads` on the shapes themselves, shape (m, m + i): a stiffness that is not symmetric."""
+        return shapes.T @ self.holding_loads(shapes)
 
     @cached_property
     def bodies(self):
@@ -352,6 +380,8 @@ class Plant:
         layout = self.layout
         stiffness, mass = (dense(matrix) for matrix in layout.body_matrices)
         damping = np.zeros_like(mass) + self.air_on_bodies(np.eye(len(mass))) + dense(layout.damping)
+        if self.airflow is not None:
+            stiffness = stiffness + self.airflow.stiffness_of_bodies(layout, np.eye(len(mass)))
         *matrices, feedback = actuated(layout, np.eye(len(mass)), mass, damping, stiffness, self.actuators)
         return LinearSystem(*matrices, feedback=feedback)
 
@@ -389,7 +419,9 @@ class Plant:
             omega, shapes = stack([plant.basis for plant in members])
             air = (plant.air_on_bodies(plant.basis[1]) for plant in members)
             air = np.array([np.broadcast_to(of_row, (omega.shape[-1],) * 2) for of_row in air])
-            motions = motion_of_rows(systems, omega, shapes, len(members[0].winches), air)
+            loads = np.array([plant.load_stiffness(plant.basis[1]) for plant in members])
+            loads = np.split(loads, [omega.shape[-1]], axis=-1)
+            motions = motion_of_rows(systems, omega, shapes, len(members[0].winches), air, *loads)
             for row, plant in enumerate(members):
                 yield plant, with_actuators(plant.layout, motions.take(row), plant.actuators)
 
@@ -401,7 +433,8 @@ class Plant:
             return self.motion
         omega, shapes = self.basis
         rows, air = stack([viscous]), self.air_on_bodies(shapes)
-        reduced = motion_of_rows(rows, omega[None], shapes[None], len(self.winches), air)
+        loads = np.split(self.load_stiffness(shapes)[None], [len(omega)], axis=-1)
+        reduced = motion_of_rows(rows, omega[None], shapes[None], len(self.winches), air, *loads)
         return with_actuators(self.layout, reduced.take(0), self.actuators)
 
 

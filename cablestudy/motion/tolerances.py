@@ -37,6 +37,8 @@ class MotionTolerances:
     # damping ratio of the first mode of a cable by air and viscous damping, from which on models have such responses:
     # below it RMS of a body between two strings were right to 1e-8 without them
     damped_cable: float = 0.3
+    # share of the strain energy of a static response above which the mean drag that turns with it has responses, too
+    turning_drag: float = 1e-3
     # where notches are at frequencies that those have not; the first one where those do not suffice for the accuracy,
     # unless damping is modal, and for tensions of a bare cable
     more_modes: tuple = (300, 600)

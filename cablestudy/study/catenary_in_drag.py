@@ -9,6 +9,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from cablestudy.cable.catenary import Catenary, solve
+from cablestudy.cable.element import lagrange
 from cablestudy.cable.geometry import midspan, sag_and_swing
 from cablestudy.cable.records import take_rows, with_arrays
 from cablestudy.cable.segment import SegmentedCable, inverse_symmetric
@@ -90,6 +91,39 @@ class CatenaryInDrag(SegmentedCable):
     def folded(self):
         """True where a cable has next to no tension somewhere, shape (...)."""
         return self.min_tension <= CABLE.folded * self.max_tension
+
+    @property
+    def planar(self):
+        """False: the drag leaves the plane of chord and uniform load."""
+        return False
+
+    @property
+    def mirror_symmetric(self):
+        """False for each cable, shape (...)."""
+        return np.zeros(np.shape(self.span.chord), dtype=bool)
+
+    @property
+    def segments(self):
+        """`Segments` of the cables between their loads."""
+        return self.catenary.segments
+
+    @property
+    def singularities(self):
+        """Those of the `catenary`, by which elements are distributed."""
+        return self.catenary.singularities
+
+    @property
+    def end_loads(self):
+        """Distributed load at both ends, global axes, shape (..., 2, 3). [N/m]"""
+        difference = self.difference.reshape(*self.pieces.width.shape, -1, 3)
+        nodes = gauss_nodes()
+        at_ends = [lagrange(nodes, np.array([float(end)]))[0] @ difference[..., -end, :, :] for end in (0, 1)]
+        of_drag = self.span.in_frame(np.stack(at_ends, axis=-2), "global")
+        return self.catenary.end_loads + of_drag / np.asarray(self.span.unstretched_length)[..., None, None]
+
+    def uneven_load(self, edges):
+        """Load besides the uniform one and point loads on each of n parts between n + 1 edges, (..., n, 3). [N]"""
+        return -np.diff(self._change_of_tension(edges), axis=-2)
 
     # ------------------------------------------------------------------------------------- form and tension
 

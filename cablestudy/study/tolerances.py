@@ -68,11 +68,6 @@ class StudyTolerances:
     plain_movements: int = 3  # the first ones follow from the stiffness alone,
     combined_movements: int = 5  # others are combined from so many,
     drag_movement: float = 0.05  # and none is longer than this share of the longest cable
-    # where the movement by actual drag is no error but counted in: what the last step may change of it,
-    settled_following_drag: float = 1e-6
-    following_drag_parts: int = 12  # parts of pieces of cables, each with Gauss's rule,
-    # and the error of such a movement over its size
-    following_drag: float = 1e-5
     push_steps: int = 200  # of the search for the position of a pushed end
     epsilon: float = 4e-16  # rounding of one number
     form_rounding: float = 5e-14  # of a place on a cable in closed form, over the largest distance from the chord

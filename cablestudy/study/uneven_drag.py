@@ -388,14 +388,6 @@ def largest_ratio(change, matrices):
     return np.where(positive, ratios, np.nan)
 
 
-def movement_errors(movement):
-    """Errors of the parts of movements due to drag taken as uniform, shape (..., 3): in units of the movement.
-
-    What a movement is wrong by is a share of all of it, and may be along an axis along which hardly any of it is.
-    """
-    return bounded_errors(np.abs(movement) + (STUDY.second_order - 1) * size(movement)[..., None])
-
-
 def bounded_errors(error):
     """Estimated errors that are numbers, none of them larger than `unknown_error`."""
     return np.minimum(np.nan_to_num(error, nan=STUDY.unknown_error), STUDY.unknown_error)

@@ -126,7 +126,7 @@ class Models:
 
     def _own_groups(self):
         """`groups` where they are computed for these `Models` alone: list of MeshGroup."""
-        symmetric = np.asarray(self.cables.catenary.span.mirror_symmetric)
+        symmetric = np.asarray(self.cables.catenary.mirror_symmetric)
         indices_by_key = {}  # what the cables of a group have in common -> their indices
         for cable, mesh in enumerate(self.meshes):
             if mesh is not None:

@@ -142,6 +142,9 @@ class CouplingDamping:
         self.omega, self._similar, self._viscous = element.omega, element.near, element.viscous
         self.windowed = element.windowed and len(element.omega) > SYSTEM.windows_from
         mass, damping, stiffness = element.matrices()
+        self._symmetric = element.load_stiffness is None
+        if not self._symmetric:
+            stiffness = stiffness + element.load_stiffness
         hysteretic = element.strain is not None and element.strain.law == "hysteretic"
         self._squared = hysteretic and not element.uneven and not np.any(element.residual_damping)
         self.matrices = (stiffness, mass) if self._squared else (stiffness, damping, mass)
@@ -181,7 +184,8 @@ class CouplingDamping:
 
         Notes
         -----
-        An attribute that is computed for many cables in one call. The methods, in the order in which they are tried:
+        An attribute that is computed for many cables in one call. None of cables whose stiffness is not symmetric. The
+        methods, in the order in which they are tried:
 
         1. If there is a similar element, its resolvent is corrected to first order. This serves for small changes of a
            loop gain. The error is not checked.
@@ -191,7 +195,10 @@ class CouplingDamping:
         Of 2 and 3 the first sum is used whose error against the equations is small enough (`_relative_errors`).
         """
         by_all_modes = []
+        yield from ((cable, (None, None)) for cable in cables if not cable._symmetric)
         for cable in cables:
+            if not cable._symmetric:
+                continue
             if (found := cable._cheaper_pole_sum()) is None:
                 by_all_modes.append(cable)
             else:

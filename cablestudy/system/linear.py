@@ -2,8 +2,9 @@
 
     M z'' + C z' + K z = B0 u + B1 u' + B2 u'',      y = C0 z + C1 z' + C2 z'' + D0 u + D1 u' + D2 u''
 
-M and K are symmetric and positive definite. K is complex where damping is hysteretic, and with it B0, C0 and D0: the
-model then holds for Im s > 0, and `LinearSystem.viscous` makes a real one of it.
+M and K are symmetric and positive definite, except for the load stiffness that `motion_of_rows` adds to K. K is complex
+where damping is hysteretic, and with it B0, C0 and D0: the model then holds for Im s > 0, and `LinearSystem.viscous`
+makes a real one of it.
 
 As `assemble.assemble` makes it, z are the modal amplitudes of all cables and then the displacements of the bodies, and
 u what winches impose. The ends of cable i move by u_i = G_i x + H_i u, x being the displacements of the bodies: G_i and
@@ -179,7 +180,11 @@ class LinearSystem:
         symmetric and nothing is fed back: C and Im K must have no negative eigenvalues, M and Re K no others.
         """
         losses = [self.damping] + [self.stiffness.imag] * np.iscomplexobj(self.stiffness)
-        if self.feedback or not all(only_dissipates(part) for part in losses):
+        stiffness = self.stiffness.real
+        rounding = SYSTEM.entry_rounding * np.abs(stiffness).max(initial=0.0)
+        if self.feedback or np.abs(stiffness - stiffness.T).max(initial=0.0) > rounding:
+            return False
+        if not all(only_dissipates(part) for part in losses):
             return False
         return bool(np.linalg.eigvalsh(self.stiffness.real).min(initial=np.inf) > 0)
 

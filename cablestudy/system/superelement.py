@@ -63,6 +63,9 @@ class Superelement:
         [sqrt(kg)]; None without point masses.
     air : ndarray, shape (n + 6, n + 6), or None
         Damping by the wind, of modes and ends. [1/s], [N s/m]
+    load_stiffness : ndarray, shape (n + 6, n + 6), or None
+        Stiffness by loads that turn with the cable, which need not be symmetric: none of `matrices`, where undamped
+        modes come from. [1/s^2], [N/m]
     near : Superelement or None
         Similar cable, with the same modes and nearly the same numbers: where damping couples modes, the poles
         follow from those of `near` to first order.
@@ -80,6 +83,7 @@ class Superelement:
     residual_damping: np.ndarray | float = 0.0
     carried: np.ndarray | None = None
     air: np.ndarray | None = None
+    load_stiffness: np.ndarray | None = None
     near: "Superelement | None" = field(default=None, repr=False)
     windowed: bool = False
 
@@ -103,8 +107,9 @@ class Superelement:
 
     @property
     def uneven(self):
-        """True if viscous damping couples modes: that of a cable with point masses, or that by the wind."""
-        return (self.carried is not None and self.viscous != 0) or self.air is not None
+        """True if load stiffness couples modes, or viscous damping: of a cable with point masses, or by the wind."""
+        of_loads = self.air is not None or self.load_stiffness is not None
+        return (self.carried is not None and self.viscous != 0) or of_loads
 
     @property
     def coupled(self):
@@ -137,7 +142,8 @@ class Superelement:
             damping_ratio=self.damping_ratio[chosen],
             strain=strain,
             carried=self._carried_with(lambda modes: modes[:, chosen]),
-            air=None if self.air is None else self._with_ends(self.air, chosen),
+            air=self._with_ends(self.air, chosen),
+            load_stiffness=self._with_ends(self.load_stiffness, chosen),
         )
 
     def with_end_shapes(self, shapes):
@@ -155,15 +161,20 @@ class Superelement:
         Superelement
             Matrices of the ends become T^T k T, with e in place of 6 rows and columns; modes do not change.
         """
-        n, strain, air = len(self.omega), self.strain, self.air
+        n, strain = len(self.omega), self.strain
         if strain is not None:
             strain = replace(strain, coupling=strain.coupling @ shapes, ends=shapes.T @ strain.ends @ shapes)
         carried = self.carried
         if carried is not None:
             carried = np.concatenate([carried[:, :n], carried[:, n:] @ shapes], axis=1)
-        if air is not None:
-            by_ends, of_ends = air[:n, n:] @ shapes, shapes.T @ air[n:, :n]
-            air = np.block([[air[:n, :n], by_ends], [of_ends, shapes.T @ air[n:, n:] @ shapes]])
+
+        def moved(matrix):
+            """Matrix of modes and ends as one of modes and end shapes."""
+            if matrix is None:
+                return None
+            by_ends, of_ends = matrix[:n, n:] @ shapes, shapes.T @ matrix[n:, :n]
+            return np.block([[matrix[:n, :n], by_ends], [of_ends, shapes.T @ matrix[n:, n:] @ shapes]])
+
         residual = self.residual_damping
         return replace(
             self,
@@ -173,11 +184,24 @@ class Superelement:
             strain=strain,
             residual_damping=shapes.T @ residual @ shapes if np.any(residual) else 0.0,
             carried=carried,
-            air=air,
+            air=moved(self.air),
+            load_stiffness=moved(self.load_stiffness),
         )
 
+    @property
+    def with_loads_at_rest(self):
+        """Copy whose load stiffness acts at the ends alone, as it does at rest: their `stiffness` has it."""
+        if self.load_stiffness is None:
+            return self
+        n, loads = len(self.omega), self.load_stiffness
+        followed = np.linalg.solve(np.diag(self.omega**2) + loads[:n, :n], loads[:n, n:])  # by the modes
+        of_ends = loads[n:, n:] - loads[n:, :n] @ followed
+        return replace(self, stiffness=self.stiffness + of_ends, load_stiffness=None)
+
     def _with_ends(self, matrix, chosen):
-        """Rows and columns of the chosen modes and of all ends of a matrix of modes and ends."""
+        """Rows and columns of the chosen modes and of all ends of a matrix of modes and ends; None of none."""
+        if matrix is None:
+            return None
         n = len(self.omega)
         rows = np.append(np.arange(n)[chosen], np.arange(n, len(matrix)))
         return matrix[np.ix_(rows, rows)]
@@ -204,6 +228,11 @@ class Superelement:
             elastic stiffness E of the modes, on which damping of strain acts, becomes R^T E R. Of modal damping the
             combinations keep the diagonal. The rest acts at the ends, against their slow movements.
         """
+
+        def combined(matrix):
+            """Matrix of modes and ends as one of combinations and ends."""
+            return None if matrix is None else with_ends(shapes).T @ matrix @ with_ends(shapes)
+
         square, coupling = (self.omega**2) @ shapes**2, shapes.T @ self.coupling
         rate = 2 * self.damping_ratio * self.omega
         combined_rate = rate @ shapes**2
@@ -222,7 +251,8 @@ class Superelement:
             strain=strain,
             residual_damping=residual,
             carried=self._carried_with(lambda modes: modes @ shapes),
-            air=None if self.air is None else with_ends(shapes).T @ self.air @ with_ends(shapes),
+            air=combined(self.air),
+            load_stiffness=combined(self.load_stiffness),
         )
 
     def truncate(self, chosen):

@@ -308,6 +308,27 @@ def damping_of_bodies(drag, layout, shapes):
     return (np.swapaxes(displacements, -1, -2) @ drag_matrix @ displacements).sum(axis=0)
 
 
+def stiffness_of_bodies(drag, layout, shapes):
+    """Stiffness of m coordinates by the mean drag on bodies, which turns with them, shape (m, m); not symmetric.
+
+    Its force f at a centre of pressure changes with the attitude of the body, and where its pressure changes with the
+    place; what the same force does at a centre that turns is in the stiffness of the `layout`.
+    """
+    rotation = layout.equilibrium.rotation
+    force, arm = body_forces(drag, rotation)
+    motion = layout.displaced(layout.bodies(shapes))
+    displacements = motion[:, :3] - cross_matrix(arm) @ motion[:, 3:]
+    speed = float(size(drag.velocity))
+    by_wind = rotation @ (float(drag.density) / 2 * speed * drag.bodies[..., None] * np.swapaxes(rotation, -1, -2))
+    # a body that turns by a small vector w turns its force with it, w x f, and meets a wind that turns by -w
+    change = (by_wind @ cross_matrix(drag.velocity) - cross_matrix(force)) @ motion[:, 3:]
+    if drag.profile is not None:
+        profile, centers = drag.profile.of_each(len(force)), (layout.equilibrium.position + arm)[:, None]
+        gradient = profile.gradient(centers)[:, 0, None, :]
+        change = profile.pressure(centers)[..., None] * change + force[..., None] * gradient @ displacements
+    return -(np.swapaxes(displacements, -1, -2) @ change).sum(axis=0)
+
+
 def _wind_on_bodies(drag, layout, shapes):
     """Drag of the b bodies and junctions that have a drag area, linearised as in `gusts`, of one case.
 

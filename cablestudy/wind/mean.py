@@ -9,9 +9,9 @@ in body axes. Of the wind on a cable only the part u_n across its chord counts, 
 rho/2 C_d d |u_n| u_n, taken as uniform along the cable. Both forces depend on the attitude of bodies and cables, so
 an equilibrium is sought under fixed forces, the forces are computed again in that equilibrium, and so on until both
 agree. Where that takes many equilibria, or goes back and forth, as for a light body with a large area, the next forces
-are combined from several of those before. The linear model about the equilibrium takes the forces as dead loads, those
-on bodies at their centres of pressure, which turn with the bodies: the change of the forces themselves with the
-attitude of bodies and cables is no part of its stiffness.
+are combined from several of those before. Undamped modes about the equilibrium take the forces as dead loads, those on
+bodies at their centres of pressure, which turn with the bodies. The change of the forces themselves with the attitude
+of bodies and cables is the load stiffness of the motion in the wind (`strips`, `gusts.stiffness_of_bodies`).
 """
 
 from collections import deque

@@ -20,11 +20,12 @@ import numpy as np
 
 from cablestudy.cable.element import Mesh, basis, lagrange
 from cablestudy.cable.meshes import mesh_segments
+from cablestudy.cable.steady_drag import across
 from cablestudy.statics.suspension import outward_tangents
 from cablestudy.system.superelement import of_shapes, with_ends
 from cablestudy.wind.cable_pairs import Arc, load_points
 from cablestudy.wind.coherence import gauss, rods
-from cablestudy.wind.drag import drag_matrices
+from cablestudy.wind.drag import drag_matrices, turning_matrices
 from cablestudy.wind.tolerances import WIND
 
 STRAIGHT = mesh_segments(np.ones(1), 1, 2)  # of a cable without mass
@@ -56,6 +57,10 @@ class Strips:
     kinks : ndarray, shape (n, elements)
         Position in each element, on [0, 1], where the tangent is closest to the direction of the wind, so that the drag
         may have a kink there; 1 where that is an end. [-]
+    speed : float
+        Of the mean wind, for `stiffness`. [m/s]
+    profile : Profile or None
+        Change of its pressure with the height, of shape (n,), likewise; None where there is none.
     """
 
     cables: np.ndarray
@@ -68,6 +73,8 @@ class Strips:
     direction: np.ndarray
     stretch: np.ndarray
     kinks: np.ndarray
+    speed: float = 0.0
+    profile: object = None
 
     @cached_property
     def _rod_mesh(self):
@@ -155,6 +162,34 @@ class Strips:
         work, displacements = (field.reshape(len(field), -1, field.shape[-1]) for field in (work, displacements))
         return np.swapaxes(work, 1, 2) @ displacements
 
+    @property
+    def stiffness(self):
+        """Stiffness of the coordinates by the mean drag, which turns with the cables, shape (n, k, k); not symmetric.
+
+        The drag changes with r' (`turning_matrices`), and where its pressure changes with the place.
+        """
+        element, mesh = basis(self.mesh.order), self.mesh
+        nodal = self.shapes[:, mesh.element_nodes]
+        nodal = nodal.reshape(*nodal.shape[:3], -1)
+        shape = len(nodal), mesh.elements, len(element.points), 3, self.shapes.shape[-1]
+        slopes = (element.derivative @ nodal).reshape(shape)  # by the position in the element, from 0 to 1
+        displacements = (lagrange(element.nodes, element.points) @ nodal).reshape(shape)
+        weights = self.drag_factor[:, None, None] * (self.speed / 2 * element.weights)
+        turning = turning_matrices(self.direction, self.wind_direction)
+        if self.profile is None:
+            change = weights[..., None, None] * turning @ slopes
+        else:
+            points = lagrange(element.nodes, element.points) @ self.places[:, mesh.element_nodes]
+            pressure, gradient = self.profile.pressure(points), self.profile.gradient(points)
+            lengths = self.unstretched[:, None, None] * mesh.sizes[:, None] * self.stretch
+            drag = lengths[..., None] * across(self.wind_direction, self.direction)
+            by_place = drag[..., :, None] * gradient[..., None, :]
+            change = weights[..., None, None] * (
+                pressure[..., None, None] * turning @ slopes + by_place @ displacements
+            )
+        displacements, change = (field.reshape(len(field), -1, shape[-1]) for field in (displacements, change))
+        return -np.swapaxes(displacements, 1, 2) @ change
+
     def gust_covariance(self, components, kappa):
         """Covariance of the generalised gust forces on `shapes`, for turbulence with the coherence exp(-kappa r).
 
@@ -217,6 +252,8 @@ def strips(models, kept, equilibrium, drag):
             direction=direction @ frame[:, None],
             stretch=stretch,
             kinks=kinks,
+            speed=speed,
+            profile=drag.profile and drag.profile.of_each(len(cables)),
         )
         found.append(of_group)
     return found

@@ -11,6 +11,8 @@ import scipy.linalg
 from . import bars, links
 from .dense import cross
 
+TURNS = 12  # in which drag and form settle: the change falls by ten in each
+
 
 @dataclass(frozen=True)
 class Dense:
@@ -74,7 +76,7 @@ def body_matrices(equilibrium, body):
     return mass, np.pad((turning + turning.T) / 2, (3, 0))
 
 
-def dense(equilibrium, n):
+def dense(equilibrium, n, blown=None):
     """The suspension in its equilibrium with n bars for each cable.
 
     Parameters
@@ -82,6 +84,9 @@ def dense(equilibrium, n):
     equilibrium : Equilibrium
         Of cables with mass; the bodies' geometric stiffness takes the end forces of the continuous cables.
     n : int
+    blown : callable, optional
+        Cable and vector of one of its bars [m] -> drag on this bar [N], which the cable hangs in; by default the
+        uniform load of the equilibrium.
     """
     model, span = equilibrium.suspension, equilibrium.catenary.span
     cables, bodies = len(model.cable_names), len(model.body_names)
@@ -94,7 +99,12 @@ def dense(equilibrium, n):
         L, EA, m = (float(a[cable]) for a in (span.unstretched_length, span.axial_stiffness, span.mass))
         wind = model.cable_wind[cable] * L / n if model.cable_wind is not None else np.zeros(3)
         pushed = [(node, wind) for node in range(1, n)] if wind.any() else ()
-        chain = bars.solve_spatial(places[cable, 1] - places[cable, 0], L, EA, m * float(model.gravity), n, pushed)
+        vector, weight = places[cable, 1] - places[cable, 0], m * float(model.gravity)
+        chain = bars.solve_spatial(vector, L, EA, weight, n, pushed)
+        for _ in range(TURNS if blown else 0):
+            drag = np.array([blown(cable, bar) for bar in chain.vectors]) / 2
+            pushed = [(node, drag[node - 1] + drag[node]) for node in range(1, n)]
+            chain = bars.solve_spatial(vector, L, EA, weight, n, pushed)
         k, mass = bars.matrices(chain, L, EA, m)
         turn = np.zeros((3 * n + 3, size))
         turn[3:-3, cable * inner : (cable + 1) * inner] = np.eye(inner)

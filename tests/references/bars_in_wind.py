@@ -20,6 +20,29 @@ def von_karman(frequency, speed, rms, length):
     return 4 * rms**2 * length / speed / (1 + 70.7 * x**2) ** (5 / 6)
 
 
+def _cross(vector):
+    """[v x] of a complex vector."""
+    x, y, z = vector
+    return np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+
+
+def _drag(vector, along):
+    """Drag on a bar by its vector over the pressure, for wind of the direction `along`."""
+    length = np.sqrt(vector @ vector)
+    normal = along - vector * (vector @ along) / length**2
+    return length * np.sqrt(normal @ normal) * normal
+
+
+def _steps(of, vector):
+    """Derivative of a function of a vector by complex steps, shape (3, 3)."""
+    return np.array([of(vector + 1e-30j * step).imag / 1e-30 for step in np.eye(3)]).T
+
+
+def slow_spectrum(frequency, speed, rms, length, *_):
+    """Spectrum that falls with the square of the frequency: next to no turbulence moves what can move."""
+    return 2 / np.pi * rms**2 * (speed / length) / (frequency**2 + (speed / length) ** 2)
+
+
 class BarsInWind:
     """The bars of an equilibrium, in gusts about it.
 
@@ -41,23 +64,36 @@ class BarsInWind:
         With Vickery's admittance of the bodies.
     midspans : bool
         Whether the mid-spans of the cables are outputs, along the axes of their chord frames.
+    mean : bool
+        Whether the mean wind acts at rest: its drag then turns with bars and bodies, by complex steps.
     """
 
-    def __init__(self, equilibrium, n, wind, cables=None, bodies=None, damping=None, admitted=True, midspans=False):
+    def __init__(
+        self, equilibrium, n, wind, cables=None, bodies=None, damping=None, admitted=True, midspans=False, mean=False
+    ):
         self.wind, state = wind, equilibrium
-        dense = bar_suspension.dense(state, n)
+        along = np.array([np.cos(wind["direction"]), np.sin(wind["direction"]), 0.0])
+
+        def blown(cable, vector):
+            return wind["density"] / 2 * cables[cable] * wind["speed"] ** 2 * _drag(vector, along)
+
+        cables = np.zeros(len(state.suspension.cable_names)) if cables is None else cables
+        dense = bar_suspension.dense(state, n, blown if mean else None)
         loss = (damping or {}).get("loss_factor", 0.0)
         self.M, self.K, size = dense.M, dense.K + 1j * loss * dense.elastic, len(dense.K)
-        along = np.array([np.cos(wind["direction"]), np.sin(wind["direction"]), 0.0])
         self.directions = np.array([along, [-along[1], along[0], 0.0], [0, 0, 1.0]])
-        count = len(dense.cables)
-        cables = np.zeros(count) if cables is None else cables
         damped, self.C = dense.damping(damping or {}, state.catenary.span.mass)
         places, moves, drags, areas = [], [], [], []  # of the nodes, then of the bodies
+        self.turned = {}  # cable and bar -> change of the mean drag on each of its nodes by all displacements
         ends = state.suspension.ends(state.position, state.rotation)
         for cable, (chain, move) in enumerate(zip(dense.chains, dense.maps, strict=True)):
             unit = chain.vectors / np.linalg.norm(chain.vectors, axis=1)[:, None]
             for bar, tangent in enumerate(unit):
+                of_ends = [move[3 * node : 3 * node + 3] for node in (bar, bar + 1)]
+                if mean:
+                    rate = _steps(lambda vector, cable=cable: blown(cable, vector), chain.vectors[bar])
+                    self.turned[cable, bar] = rate @ (of_ends[1] - of_ends[0]) / 2
+                    self.K = self.K - sum(node.T @ self.turned[cable, bar] for node in of_ends)
                 normal = along - tangent * (tangent @ along)
                 across = np.linalg.norm(normal)
                 matrix = across * (np.eye(3) - np.outer(tangent, tangent)) + np.outer(normal, normal) / across
@@ -80,6 +116,17 @@ class BarsInWind:
             linear = np.array(offered)[:, None] * (np.eye(3) + np.outer(own, own))
             drags.append(wind["density"] / 2 * wind["speed"] * R @ linear @ R.T)
             areas.append(np.array(bare) @ own**2)
+            if mean:
+                own_drag = wind["density"] / 2 * wind["speed"] ** 2 * R @ np.diag(offered) @ R.T
+
+                def turned(w, own_drag=own_drag):
+                    return (np.eye(3) + _cross(w)) @ own_drag @ (along - _cross(w) @ along)
+
+                turns = np.zeros((3, 6 * len(names)))
+                turns[:, 6 * body + 3 : 6 * body + 6] = _steps(turned, np.zeros(3))
+                by_all = np.zeros((3, size))
+                by_all[:, size - len(free) :] = turns[:, free]
+                self.K = self.K - whole.T @ by_all
         self.places, self.moves, self.drags = np.array(places), np.array(moves), np.array(drags)
         self.areas = areas if admitted else [0.0] * len(areas)
         drag = np.einsum("kin,kij,kjm->nm", self.moves, self.drags, self.moves)
@@ -110,8 +157,11 @@ class BarsInWind:
                 for site, share in zip((bar, bar + 1), POINTS, strict=True):  # of the bar at that end
                     direct[site] = -tangent * (share if node else 1 - share)
                     damped = damped - direct[site] @ self.drags[site] @ self.moves[site]
+                placed = tangent @ k[rows] @ move
+                if self.turned:
+                    placed = placed - tangent @ self.turned[cable, max(node - 1, 0)]
                 name = f"{suspension.cable_names[cable]}.tension_{end}"
-                outputs[name] = (tangent @ k[rows] @ move, damped, tangent @ m[rows] @ move, direct)
+                outputs[name] = (placed, damped, tangent @ m[rows] @ move, direct)
         self.names = list(outputs)
         self.rows = [np.array(part) for part in zip(*outputs.values(), strict=True)]
 

@@ -163,6 +163,8 @@ class Straight:
             K[turn, turn] = (K[turn, turn] + K[turn, turn].T) / 2
         if self.wind is not None and self.wind.get("aerodynamic_damping", True):
             C += self.drag_rate @ self.moved_by_wind
+            if self.wind.get("mean", True):
+                K -= self._turning_drag()
         square = np.ix_(self.free, self.free)
         M, C, K = (part[square] for part in (M, C, K))
         B = np.array([pulled[name][self.free] for name in self.text.get("winches", {})]).reshape(-1, len(self.free)).T
@@ -180,6 +182,18 @@ class Straight:
                 about = self._about(one)
                 M = M - one["inertia"] * np.outer(about, about)
         return M, C, K, B, self.time * B
+
+    def _turning_drag(self):
+        """Change of the drag on bodies that turn, by differences, shape (6 b, 6 b)."""
+        rate, step = np.zeros((3 * len(self.bodies), 6 * len(self.bodies))), 1e-6
+        for number in range(len(self.bodies)):
+            _, turned = self.place(number, self.pose)
+            areas = 0.5 * self.wind.get("air_density", 1.2) * self.wind["speed"] * self.drag_areas(number)[0]
+            for axis in range(3):
+                turns = [Rotation.from_rotvec(sign * step * np.eye(3)[axis]).as_matrix() @ turned for sign in (1, -1)]
+                one, other = (turn @ (areas * (turn.T @ self.blowing)) for turn in turns)
+                rate[3 * number : 3 * number + 3, 6 * number + 3 + axis] = (one - other) / (2 * step)
+        return self.moved_by_wind.T @ rate
 
     @cached_property
     def moved_by_wind(self):

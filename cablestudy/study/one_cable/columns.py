@@ -158,7 +158,12 @@ class OneCableGroup(Group):
         self.cable_indices, self.body_indices = {CABLE: 0}, {GONDOLA: 0}
         rounding = np.array([max(STUDY.rounding, case.statics_error)])
         states = self.reference, self.reference
-        self.errors = EquilibriumErrors(*states, None, lambda: (self.reference, None), None, rounding)
+        self.errors = EquilibriumErrors(*states, None, None, rounding)
+
+    @property
+    def in_mean_wind(self):
+        """The equilibrium, about which the gondola moves, and None: its drag is in the errors of the case."""
+        return self.reference, None
 
     def failure(self, _):
         """None, since the case has an equilibrium."""

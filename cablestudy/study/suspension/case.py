@@ -72,16 +72,14 @@ class SuspensionCase(SuspensionAtRest, ComparedCase):
             for name in self.with_all_cables.winches:
                 self.refuse_lost(name, "the loop needs the winch of {0}, which is lost in the load case {1}")
         group, index, (equilibrium, drag) = self.group, self.index, self.group.in_mean_wind
-        model_and_loops = fixed_model(self.scene, group.steady_drag(index)), group.linear_models[index]
-        shared = {"modes": group.modes_in_wind[index], "mean_drag": group.mean_drag(index)}
-        if drag is None:
-            return DynamicAnalysis(self.scene, self.without_wind, self.equilibrium, None, *model_and_loops, **shared)
         if not equilibrium.record.converged[index]:
             raise ConvergenceError(f"no equilibrium in the mean wind: {explain(equilibrium.take(index))}")
-        if reason := equilibrium.stability.reason(index):
+        if drag is not None and (reason := group.in_motion.stability.reason(index)):
             raise NoSolutionError(f"in the mean wind: {reason}")
-        in_mean_wind, airflow = equilibrium.take(index), Airflow(self.scene, drag.take(index))
-        return DynamicAnalysis(self.scene, self.without_wind, in_mean_wind, airflow, *model_and_loops, **shared)
+        airflow = drag and Airflow(self.scene, *group.drags(index))
+        model_and_loops = fixed_model(self.scene, group.mean_drag(index)), group.linear_models[index]
+        arguments = self.scene, self.without_wind, group.in_motion.take(index), airflow, *model_and_loops
+        return DynamicAnalysis(*arguments, modes=group.modes_in_wind[index])
 
     @property
     def moves(self):
@@ -134,7 +132,7 @@ class SuspensionCase(SuspensionAtRest, ComparedCase):
         elif column.needs in CLOSED and error:
             error = max(error, self.error_by_drag(column, number))
         if column.needs in ("loop", "wind") and error and not column.follows_drag:
-            error += self.group.errors.motion_in_wind[self.index]
+            error += self.group.motion_errors[self.index]
         if self.estimate and column.needs in DISCRETE:
             error = self.difference_from_finer(column, number)
         stated = not error and (column.needs not in ("loop", "wind") or column.name == "gain")
@@ -151,23 +149,19 @@ class SuspensionCase(SuspensionAtRest, ComparedCase):
         """Displacement of a body or marker by the mean wind along x, y or z (0, 1, 2) [m], and its relative error."""
         displacement, uncertainty = (part[axis] for part in self._displacement_by_mean_wind(name))
         least = self.statics_error(None)
-        error = max(least, uncertainty / abs(displacement)) if displacement else least
-        followed = not displacement or self.group.poses_in_mean_wind.followed[self.index]
-        return displacement, error if followed else error + self.group.errors.drag_in_wind[self.index]
+        return displacement, max(least, uncertainty / abs(displacement)) if displacement else least
 
     def _displacement_by_mean_wind(self, name):
         """Displacement of a body, or of a marker BODY.MARKER, by the mean wind, winches at rest, and its error. [m]"""
-        before = self.analysis.without_wind
+        before, after = self.analysis.without_wind, self.analysis.equilibrium
         if not self.scene.wind.mean and self.scene.load_case.wind is None:
             return np.zeros((2, 3))
         owner, _, marker = name.partition(".")
-        body, poses = self.body(owner), self.group.poses_in_mean_wind
+        body, uncertainty = self.body(owner), self.group.displacement_uncertainty(self.index, self.body(owner))
         arm = np.array(self.scene.bodies[owner].markers[marker] if marker else (0.0, 0.0, 0.0))
-        rotation, uncertainty = poses.rotation[self.index, body], self.group.mean_wind_uncertainty[self.index, body]
-        displacement = (
-            poses.position[self.index, body] - before.position[body] + (rotation - before.rotation[body]) @ arm
-        )
-        uncertainty = uncertainty[:3] + np.abs(cross_matrix(rotation @ arm)) @ uncertainty[3:]
+        turned = after.rotation[body] - before.rotation[body]
+        displacement = after.position[body] - before.position[body] + turned @ arm
+        uncertainty = uncertainty[:3] + np.abs(cross_matrix(after.rotation[body] @ arm)) @ uncertainty[3:]
         return np.where(
             np.abs(displacement) > MOTION.mean_wind_rounding * before.longest, displacement, 0.0
         ), uncertainty

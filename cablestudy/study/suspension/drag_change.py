@@ -1,7 +1,7 @@
 """Change of suspensions in a steady wind due to drag that varies along each cable, in place of uniform drag.
 
-It is the error of all that takes the drag as uniform: `DragChange`. Mean displacements in the wind count it in:
-`Poses`. The actual drag changes the forces of each cable on its ends (`CablesInDrag`), and these move the bodies, until
+Statics and motion count it in (`equilibrium_in_drag`); modes take the drag as uniform and state it: `DragChange`. The
+actual drag changes the forces of each cable on its ends (`CablesInDrag`), and these move the bodies, until
 all is in equilibrium again: a light body may move far by a small change of the forces, or turn, and a cable that swings
 takes another drag.
 """
@@ -26,7 +26,6 @@ from cablestudy.study.uneven_drag import (
     Pieces,
     bounded_errors,
     largest_ratio,
-    movement_errors,
     settled_changes,
     stiffness_of,
     uneven_drag_errors,
@@ -155,11 +154,6 @@ class DragChange:
     form_error: np.ndarray
     stiffness_error: np.ndarray
 
-    @property
-    def uncertainty(self):
-        """Errors of positions [m] and attitudes [rad], shape (n, b, 6)."""
-        return np.concatenate([movement_errors(part) for part in np.split(self.displacement, 2, axis=-1)], axis=-1)
-
 
 def drag_change(equilibrium, drag):
     """Estimate the errors of n equilibria in which drag is taken as uniform along each cable: `DragChange`.
@@ -198,67 +192,41 @@ def drag_change(equilibrium, drag):
     return DragChange(error, displacement, form_error, bounded_errors(stiffness_error))
 
 
-@dataclass(frozen=True)
-class Poses:
-    """Poses of the b bodies and free points of n cases.
-
-    Attributes
-    ----------
-    position : ndarray, shape (n, b, 3)
-        [m]
-    rotation : ndarray, shape (n, b, 3, 3)
-    uncertainty : ndarray, shape (n, b, 6)
-        Errors of positions [m] and attitudes [rad] by the drag.
-    followed : ndarray of bool, shape (n,)
-        True where the drag varies along the cables, as it does in reality. False where it is taken as uniform along
-        each cable; `uncertainty` is then an estimate of what this neglects.
-    """
-
-    position: np.ndarray
-    rotation: np.ndarray
-    uncertainty: np.ndarray
-    followed: np.ndarray
-
-
-def poses_in_following_drag(equilibrium, drag, uncertainty):
-    """Find where the bodies of suspensions are in a mean wind whose drag varies along each cable: `Poses`.
-
-    Cases without wind on a cable, or for which no equilibrium is found, keep the pose of `equilibrium`.
+def change_by_fewer_parts(equilibrium, drag, parts):
+    """Changes of equilibria in drag that varies along each cable, if it varies on fewer parts of the cables.
 
     Parameters
     ----------
     equilibrium : Equilibrium
-        Of n cases, in the wind, the drag taken as uniform along each cable.
+        Of n cases, of `equilibrium_in_drag`.
     drag : Drag
         The wind, and drag areas of cables and bodies.
-    uncertainty : ndarray, shape (n, b, 6)
-        Estimated errors of the poses of `equilibrium` by this. [m], [rad]
+    parts : int
+        Fewer parts than those of the equilibrium.
 
     Returns
     -------
-    Poses
-        Where a pose in the actual drag is found, its uncertainty is `STUDY.following_drag` times the given one.
+    relative : ndarray, shape (n,)
+        The larger one of the relative changes of forces at the ends of cables, over the largest one of their cable, and
+        of the stiffness (`stiffness_change`), bodies at rest. [-]
+    movement : ndarray, shape (n, b, 6)
+        Of bodies and points. [m], [rad]
     """
-    not_followed = np.zeros(len(uncertainty), dtype=bool)
-    poses = Poses(equilibrium.position.copy(), equilibrium.rotation.copy(), uncertainty.copy(), not_followed)
-    drag_of_cables = drag_on_cables(drag, equilibrium)
-    rows = np.flatnonzero((drag_of_cables.normal_drag > 0).any(axis=-1) & equilibrium.record.converged)
-    if not len(rows):
-        return poses
-    rounding = tangent.motion_units(equilibrium.suspension) * equilibrium.uncertainty.pose
-    settled, least = STUDY.settled_following_drag, rounding[rows].max(axis=(-2, -1))
-    cables = equilibrium.lengths.shape[1]
-    of_rows = np.repeat(rows, cables), np.tile(np.arange(cables), len(rows))
-    in_wind, drag, catenary = equilibrium.take(rows), drag.take(rows), equilibrium.catenary.take(of_rows)
-    pieces = Pieces.of(catenary, STUDY.following_drag_parts)
-    in_drag = CablesInDrag.of(drag_of_cables.take(of_rows), catenary, drag.stretched, pieces)
-    movement, _, found = _search(in_wind, drag, in_drag, settled_changes(in_drag, settled=settled), settled, least)
-    found, movement = rows[found], movement[found]
-    poses.position[found] += movement[..., :3]
-    poses.rotation[found] += turn(movement[..., 3:]) @ poses.rotation[found]
-    poses.uncertainty[found] *= STUDY.following_drag
-    poses.followed[found] = True
-    return poses
+    suspension, of_cables = equilibrium.suspension, equilibrium.suspension.of_cables
+    form = in_drag(drag_on_cables(drag, equilibrium), equilibrium.catenary.catenary, parts)
+    changed = replace(equilibrium, catenary=form)
+    forces, others = (one.end_forces[:, of_cables] for one in (equilibrium, changed))
+    largest = np.maximum(size(forces).max(axis=-1), np.finfo(float).tiny)
+    of_forces = (size(forces - others).max(axis=-1) / largest).max(axis=-1, initial=0.0)
+    of_ends = (changed.end_stiffness - equilibrium.end_stiffness)[:, of_cables]
+    relative = np.maximum(of_forces, stiffness_change(equilibrium, changed.blocks, of_ends))
+    net, _ = tangent.net_forces(
+        suspension, changed.rotation, changed.arms, changed.end_forces, np.zeros(changed.lengths.shape)
+    )
+    movement = np.zeros((len(net), *suspension.free.shape))
+    by_forces = tangent.free_values(suspension, net)[..., None]
+    movement[:, suspension.free] = tangent.displacements(equilibrium.blocks, suspension, by_forces)[..., 0]
+    return relative, movement
 
 
 def _unknown_where_ends_move(errors, suspension, unknown):

@@ -18,16 +18,14 @@ class EquilibriumErrors:
         In the reference state, from which the unstretched lengths follow, and in the load cases; shape (n,).
     drag : Drag or None
         Steady wind of the load cases.
-    in_wind : callable
-        Function without arguments -> `Equilibrium` about which the suspensions move, in the mean wind, and its `Drag`.
     conductors : SuspendedConductors or None
     rounding : ndarray, shape (n,), optional
         Errors due to rounding, of equilibria whose positions and attitudes have none; computed by default.
     """
 
-    def __init__(self, reference, equilibrium, drag, in_wind, conductors, rounding=None):
+    def __init__(self, reference, equilibrium, drag, conductors, rounding=None):
         self._reference, self._equilibrium, self._drag = reference, equilibrium, drag
-        self._in_wind, self._conductors, self._rounding = in_wind, conductors, rounding
+        self._conductors, self._rounding = conductors, rounding
 
     @cached_property
     def drag_change(self):
@@ -35,39 +33,15 @@ class EquilibriumErrors:
         return drag_change(self._equilibrium, self._drag)
 
     @cached_property
-    def drag_change_in_wind(self):
-        """`drag_change` of the equilibrium about which the suspensions move in the wind."""
-        equilibrium, drag = self._in_wind()
-        return self.drag_change if equilibrium is self._equilibrium else drag_change(equilibrium, drag)
-
-    @cached_property
-    def drag(self):
-        """Errors of motion by drag and conductors taken as uniform along each cable, shape (n,). [-]"""
-        return self.drag_change.error + self._conductor
-
-    @cached_property
-    def drag_in_wind(self):
-        """`drag` of the equilibrium in the mean wind, shape (n,). [-]"""
-        return self.drag_change_in_wind.error + self._conductor
-
-    @cached_property
-    def motion_in_wind(self):
-        """Errors of loop and motion about the equilibrium in the mean wind, by drag and conductors, shape (n,). [-]
-
-        The displacement by a force changes by as much as the stiffness.
-        """
-        return np.maximum(self.drag_in_wind, self.drag_change_in_wind.stiffness_error)
-
-    @cached_property
     def modes(self):
         """Errors of all frequencies due to drag and conductors, shape (n,). [-]"""
         change = self.drag_change
-        return errors_of_modes(change.error, change.form_error, change.stiffness_error) + self._conductor
+        return errors_of_modes(change.error, change.form_error, change.stiffness_error) + self.conductor
 
     @cached_property
     def statics(self):
         """Errors of tensions, lengths and stiffness by rounding, the search, and conductors, shape (n,). [-]"""
-        return np.maximum(self.rounding, self._conductor)
+        return np.maximum(self.rounding, self.conductor)
 
     @cached_property
     def rounding(self):
@@ -95,7 +69,7 @@ class EquilibriumErrors:
         return none if self._conductors is None else self._conductors.movements(self._equilibrium)
 
     @cached_property
-    def _conductor(self):
+    def conductor(self):
         """Errors by conductors that are taken as linear along each cable, shape (n,). [-]"""
         none = np.zeros(len(self._equilibrium.lengths))
         return none if self._conductors is None else self._conductors.uneven_errors(self._equilibrium)

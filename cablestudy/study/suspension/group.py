@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import ClassVar
 
@@ -21,12 +21,7 @@ from cablestudy.study.catenary_in_drag import CatenaryInDrag, form_of_one
 from cablestudy.study.one_cable.loaded_cables import LoadedCables
 from cablestudy.study.one_cable.results import Results
 from cablestudy.study.suspension.conductors import conductors_of
-from cablestudy.study.suspension.drag_change import (
-    Poses,
-    drag_on_cables,
-    equilibrium_in_drag,
-    poses_in_following_drag,
-)
+from cablestudy.study.suspension.drag_change import change_by_fewer_parts, drag_on_cables, equilibrium_in_drag
 from cablestudy.study.suspension.equilibrium_errors import EquilibriumErrors
 from cablestudy.study.suspension.load_cases import (
     cables_left,
@@ -36,6 +31,7 @@ from cablestudy.study.suspension.load_cases import (
 )
 from cablestudy.study.suspension.numbers import CableValues, SingleCable, distribution_of, loads_of
 from cablestudy.study.tolerances import STUDY
+from cablestudy.study.uneven_drag import bounded_errors
 from cablestudy.wind.mean import equilibrium_in_wind
 
 # zero except for rounding where the load is along the chord
@@ -196,7 +192,6 @@ class Group:
             self.reference,
             self.equilibrium,
             drag=self._loaded and self._loaded.drag,
-            in_wind=lambda: self.in_mean_wind,
             conductors=self._conductors,
         )
         self.cable_indices = {name: index for index, name in enumerate(self._scenes[0].cables)}
@@ -328,9 +323,9 @@ class Group:
 
     @cached_property
     def _mean_drag(self):
-        """`drag_on_cables` of all cases in the wind about which they move; None where there is none."""
-        equilibrium, drag = self.in_mean_wind
-        return self._steady_drag if equilibrium is self.equilibrium else drag_on_cables(drag, equilibrium)
+        """`drag_on_cables` of all cases about `in_motion`; None where no wind acts on cables."""
+        drag = self._drag_in_motion
+        return drag and drag_on_cables(drag, self.in_motion)
 
     def mean_drag(self, index):
         """Drag on the cables of a case of its mean or steady wind: `SteadyDrag` of shape (c,), or None."""
@@ -340,29 +335,6 @@ class Group:
     def _rest_unforced(self):
         """`rest` of the load cases without their forces."""
         return self._rest_of(self._unforced) if self.in_steady_wind else self._unforced.equilibrium
-
-    @cached_property
-    def poses_in_mean_wind(self):
-        """Poses of all cases in the mean wind, with drag that varies along each cable by its local direction: `Poses`.
-
-        Where no mean wind acts, they are those of `equilibrium`.
-        """
-        equilibrium, drag = self.in_mean_wind
-        if equilibrium is not self.equilibrium:
-            return poses_in_following_drag(equilibrium, drag, self.errors.drag_change_in_wind.uncertainty)
-        rest, uncertainty = self.rest, np.zeros((*equilibrium.position.shape[:-1], 6))
-        if self.coarser is not None:
-            coarser, unsettled = self.coarser.rest, rest.catenary.unsettled.max(axis=-1, initial=0.0)
-            uncertainty[..., :3] = np.abs(rest.position - coarser.position)
-            uncertainty[..., 3:] = np.abs(rest.rotation - coarser.rotation).max(axis=-1)
-            uncertainty += unsettled[:, None, None]
-        return Poses(rest.position, rest.rotation, uncertainty, np.ones(len(uncertainty), dtype=bool))
-
-    @cached_property
-    def mean_wind_uncertainty(self):
-        """Errors of movements by the mean wind [m], [rad], by drag and by rounding, shape (n, b, 6)."""
-        by_rounding = self.without_wind.uncertainty.pose + self.in_mean_wind[0].uncertainty.pose
-        return self.poses_in_mean_wind.uncertainty + by_rounding
 
     def coordinates(self, body, axis):
         """A coordinate of a body or free point in all cases, 0 where it is rounding, and its estimated relative error.
@@ -412,6 +384,63 @@ class Group:
         if steady or not self._scenes[0].wind.mean:
             return self.equilibrium, drag
         return equilibrium_in_wind(self.equilibrium, drag), drag
+
+    @property
+    def _drag_in_motion(self):
+        """`Drag` of the mean or steady wind on the cables about which all cases move; None where there is none."""
+        equilibrium, drag = self.in_mean_wind
+        if equilibrium is self.equilibrium:
+            return self._loaded and self._loaded.drag
+        return drag if drag.cables.any() else None
+
+    def drags(self, index):
+        """`Drag` on a case of its gusts, and of the wind about which it moves, if any; None without gusts.
+
+        The latter has a profile of shape (1,); both are the same object where they are equal.
+        """
+        equilibrium, drag = self.in_mean_wind
+        if drag is None:
+            return None
+        of_gusts, steady = drag.take(index), self._loaded and self._loaded.drag
+        if equilibrium is not self.equilibrium:
+            return of_gusts, of_gusts
+        return of_gusts, steady and replace(steady.take(index), profile=steady.profile and steady.profile.take([index]))
+
+    @cached_property
+    def in_motion(self):
+        """`Equilibrium` of all cases about which they move: `in_mean_wind`, with drag that varies along each cable."""
+        equilibrium, drag = self.in_mean_wind
+        if equilibrium is self.equilibrium:
+            return self.rest
+        return equilibrium_in_drag(equilibrium, drag, self._drag_parts) if drag.cables.any() else equilibrium
+
+    @cached_property
+    def _change_by_fewer_parts(self):
+        """`change_by_fewer_parts` of `in_motion`, half of them; None without wind on cables.
+
+        What its search left counts too, which is `STUDY.unknown_error` where none was found.
+        """
+        if self._drag_in_motion is None:
+            return None
+        relative, movement = change_by_fewer_parts(self.in_motion, self._drag_in_motion, self._drag_parts // 2)
+        unsettled = self.in_motion.catenary.unsettled.max(axis=-1, initial=0.0)
+        return relative + unsettled, np.abs(movement) + unsettled[:, None, None]
+
+    @cached_property
+    def motion_errors(self):
+        """Relative errors of loop and motion by drag, and by conductors taken as linear along each, shape (n,). [-]
+
+        That by drag is the change of tension or stiffness by fewer parts, a hundred times its error or more: a motion
+        may change by thirty times as much as the stiffness.
+        """
+        by_conductors, changes = self.errors.conductor, self._change_by_fewer_parts
+        return by_conductors if changes is None else bounded_errors(changes[0]) + by_conductors
+
+    def displacement_uncertainty(self, index, body):
+        """Errors of the displacement of a body by the mean wind [m], [rad], by drag and by rounding, shape (6,)."""
+        changes = self._change_by_fewer_parts
+        by_rounding = self.without_wind.uncertainty.pose + self.in_mean_wind[0].uncertainty.pose
+        return by_rounding[index, body] + (0.0 if changes is None else changes[1][index, body])
 
     def failure(self, index):
         """The error of a case without a stable equilibrium, or None.

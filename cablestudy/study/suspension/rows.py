@@ -42,7 +42,7 @@ def cases_of(scenes):
     connections = [_connections(scene) for scene in first_scenes]
     for index, (scene, run) in enumerate(zip(scenes, runs, strict=True)):
         method = scene.tensions and scene.tensions.method
-        kinds = scene.case is None, scene.wind and scene.wind.mean, *kind_of_case(scene)
+        kinds = scene.case is None, scene.wind and (scene.wind.mean, scene.wind.on != "bodies"), *kind_of_case(scene)
         groups.setdefault((connections[run], scene.solve_for, method, *kinds), []).append(index)
     cases = [None] * len(scenes)
     for indices in groups.values():
@@ -90,7 +90,7 @@ def prepare(cases):
         groups.setdefault(id(case.group), (case.group, []))[1].append((case.index, wind))
     for group, members in groups.values():
         indices, winds = (list(values) for values in zip(*members, strict=True))
-        solve_modes(winds, group.in_mean_wind[0].take(np.array(indices)))
+        solve_modes(winds, group.in_motion.take(np.array(indices)))
 
 
 def _solved_groups(scenes):

@@ -169,7 +169,7 @@ def tension_at_peak(case, name, sign):
 
 def _error_of_mean_tensions(case):
     """Relative error of tensions in the mean wind. [-]"""
-    return case.statics_error(None) + case.group.errors.drag_in_wind[case.index]
+    return case.statics_error(None) + case.group.motion_errors[case.index]
 
 
 def midspan_column(name):
