@@ -95,7 +95,7 @@ def test_the_numbers_are_those_of_the_commands_and_each_has_its_error(folder):
     assert len(shown) == len([name for name, value in row.items() if value is not None]) - 1  # no status ok
     errors = {error for title, (_, _, error) in shown.items() if title != "iterations"}
     assert "exact" in errors
-    assert all(1e-12 <= float(error) < 1e-11 for error in errors - {"exact"})
+    assert all(1e-12 <= float(error) < 1e-9 for error in errors - {"exact"})  # a vertical part of 8e-4 states 1.5e-10
     for title, name in (("sag", "sag_m"), ("max tension", "max_tension_N"), ("clearance", "clearance_m")):
         assert float(shown[title][0]) == pytest.approx(row[name], rel=5e-4)
         assert shown[title][1] == name.rpartition("_")[2]

@@ -78,4 +78,4 @@ def test_no_number_of_a_loop_depends_on_the_units(file, changes, names, units):
             expected = own.values[name] * factor_of(find(name).unit, factors)
             assert other.values[name] == pytest.approx(expected, rel=1e-9), name
             close = 1e-3 if factors == TIME else 0.02  # estimates of some errors compare metres with radians too
-            assert other.errors[name] == pytest.approx(own.errors[name], rel=close), name
+            assert other.errors[name] == pytest.approx(own.errors[name], rel=close, abs=1e-9), name

@@ -206,7 +206,7 @@ def _linear_range(case):
 
     displacement, error = linear_range(case.results.span.take([case.index]), np.array([[1.0, 0.0, 0.0]]))
     if case.coarser is not None:  # the displaced cables hang in uniform drag
-        error += float(case.form.relative_change)
+        error += float(case.continuous.relative_change)
     error = error + case.statics_error if case.exact_statics else None
     return None if displacement is None else 1e3 * displacement, error
 

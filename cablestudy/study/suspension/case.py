@@ -191,7 +191,7 @@ class SuspensionCase(SuspensionAtRest, ComparedCase):
         if self.fixed:
             model = fixed_model(self.scene, self.group.steady_drag(self.index))
             damping = [cable.damping for cable in self.scene.cables.values()]
-            self._modes[count] = coupled_modes(self.equilibrium, count, damping=damping, model=model)
+            self._modes[count] = coupled_modes(self.rest, count, damping=damping, model=model)
         else:
             self._modes[count] = self.group.modes(self.index, count)
         return self._modes[count]

@@ -418,13 +418,17 @@ class Group:
     def _change_by_fewer_parts(self):
         """`change_by_fewer_parts` of `in_motion`, half of them; None without wind on cables.
 
-        What its search left counts too, which is `STUDY.unknown_error` where none was found.
+        What its search left counts too, of movements as a share of the largest one by the wind; it is
+        `STUDY.unknown_error` where no equilibrium was found.
         """
         if self._drag_in_motion is None:
             return None
         relative, movement = change_by_fewer_parts(self.in_motion, self._drag_in_motion, self._drag_parts // 2)
         unsettled = self.in_motion.catenary.unsettled.max(axis=-1, initial=0.0)
-        return relative + unsettled, np.abs(movement) + unsettled[:, None, None]
+        now, before = self.in_motion, self.without_wind
+        by_wind = [np.abs(now.position - before.position), np.abs(now.rotation - before.rotation).max(axis=-1)]
+        largest = np.repeat([part.max(axis=(-2, -1), initial=0.0) for part in by_wind], 3, axis=0).T
+        return relative + unsettled, np.abs(movement) + (unsettled[:, None] * largest)[:, None]
 
     @cached_property
     def motion_errors(self):
