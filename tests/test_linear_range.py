@@ -87,6 +87,13 @@ def test_the_linear_range_is_within_its_stated_error(rise, length, section):
         assert beyond(mp.mpf(found) * (1 - mp.mpf(error))) < 0 < beyond(mp.mpf(found) * (1 + mp.mpf(error)))
 
 
+def test_the_linear_range_with_elements_in_a_steady_wind_is_that_of_the_cable():
+    wind = "cases.storm={wind: {speed: 30, direction: 90 deg}}"
+    own, of_elements = (cells(scene(wind, "case=storm", model), "linear_range")
+                        for model in ("model={accuracy: 1e-6}", "model={elements: 10}"))  # fmt: skip
+    assert own["linear_range"] == of_elements["linear_range"] > 0
+
+
 def test_a_gondola_in_a_storm_slackens_its_cable_and_the_row_says_so():
     """The mean wind moves it by rho/2 C_d A v^2/k; the tension changes with the displacement by the end stiffness."""
     names = ("gondola_rms_open_loop", "peak", "peak_utilisation", "utilisation", "end_stiffness", "max_tension")
