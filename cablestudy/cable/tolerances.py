@@ -13,6 +13,29 @@ class CableTolerances:
     # relative size of the last step up to which a tension counts as found: the error is about its square
     last_tension_step: float = 1e-8
 
+    # ------------------------------------------------------------------------ drag that varies along a cable
+
+    # a relative error that says no more than that nothing is known; no number larger is stated
+    unknown_error: float = 1e30
+    second_order: float = 1.2  # safety factor on an error that is computed to first order, or by a short search
+    slack: float = 1e-60  # share of the largest tension below which a cable is slack: no quotient by it overflows
+    drag_steps: int = 3  # in which c and d settle; what is left in the last one is added to the error
+    newton_steps_of_drag: int = 2  # of c in each
+    # further ones of cables that these do not settle, and the share of the new d that each of them takes: the drag on a
+    # slack cable swings to and fro, the less the smaller this share
+    further_drag_steps: tuple = ((6, 1.0), (20, 0.7), (60, 0.3))
+    drag_turns: int = 16  # at most, of the search for the drag on some number of parts of a cable
+    settled_turn: float = 1e-11  # of tension and form, relative: what is left to change where that search ends
+    fastest_turns: float = 0.01  # factors by which the change falls from turn to turn: no less is believed,
+    slowest_turns: float = 0.9  # and with more than this what is left has no bound
+    # error over the change against half as many parts: a polynomial of six points has an error of the sixth power
+    finer_parts: float = 2.0**-6
+    settled_form: float = 1e-8  # share of the change by actual drag that the last step of the search changes
+    # of a change by actual drag: what the last step of a search for it changes, and what is left out of balance
+    settled_drag: float = 0.01
+    known_drag: float = 0.05  # of the change of a cable after all turns: where more is left nothing is known
+    no_drag: float = 1e-8  # of the tension, and of the length: a change due to drag that is as small need not settle
+
     # ---------------------------------------------------------------------------------- modes of one cable
 
     dense_freedoms: int = 150  # degrees of freedom up to which a full eigen-solution is cheaper than Lanczos

@@ -11,8 +11,8 @@ from types import SimpleNamespace
 import numpy as np
 
 from cablestudy.cable import taut
+from cablestudy.cable.catenary_in_drag import errors_by_parts
 from cablestudy.cable.geometry import chord_angles, clearance, load_sag, lowest_point, sag_and_swing
-from cablestudy.study.catenary_in_drag import errors_by_parts
 from cablestudy.study.column import DIAMETER, METAL, MM, STRONG, Column, scaled
 from cablestudy.study.motion_columns import (
     BODY,

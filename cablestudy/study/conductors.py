@@ -22,9 +22,10 @@ import numpy as np
 
 from cablestudy.cable.records import take_rows
 from cablestudy.cable.stress_strain import NO_SET, TERMS, Condition, Curves, linear_cable, uneven_strain
+from cablestudy.cable.tolerances import CABLE
+from cablestudy.cable.uneven_drag import bounded_errors
 from cablestudy.cable.vectors import size
 from cablestudy.study.tolerances import STUDY
-from cablestudy.study.uneven_drag import bounded_errors
 
 NAMES = tuple(field.name for field in fields(Curves))
 BEYOND = " beyond its curve"  # where a curve is not measured, and goes on along its tangent
@@ -371,7 +372,7 @@ def uneven_errors(linear, catenary):
     """Estimate the relative errors of k equilibria in which a linear cable represents each nonlinear conductor.
 
     A linear cable has the strain of the conductor at the mean tension T_m only, but the tension T varies along the
-    cable. The estimate is the sum of two errors of first order, times a safety factor (`STUDY.second_order`):
+    cable. The estimate is the sum of two errors of first order, times a safety factor (`CABLE.second_order`):
 
     * of the tension, e L K/T_m, with the length L and the end stiffness K along the chord. The mean strain of the
       conductor exceeds its strain at T_m by e, which lengthens it by e L. e includes the same error of earlier steps,
@@ -390,10 +391,10 @@ def uneven_errors(linear, catenary):
     Returns
     -------
     ndarray, shape (k,)
-        At most `STUDY.unknown_error`. [-]
+        At most `CABLE.unknown_error`. [-]
     """
     mean, uneven = errors_along(linear, catenary)
     mean_tension = np.maximum(catenary.mean_tension, np.finfo(float).tiny)
     with np.errstate(all="ignore"):
         of_tension = mean * catenary.span.unstretched_length * catenary.end_stiffness[..., 0, 0] / mean_tension
-    return bounded_errors(STUDY.second_order * (of_tension + uneven))
+    return bounded_errors(CABLE.second_order * (of_tension + uneven))

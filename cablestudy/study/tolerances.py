@@ -36,33 +36,13 @@ class StudyTolerances:
     dust: float = 1e-15  # of a coordinate over the longest chord: what rounding leaves of zero
     # size of a number that a limit may have, in the unit of its column: a margin is relative to it
     least_limit: float = 1e-30
-    second_order: float = 1.2  # safety factor on an error that is computed to first order, or by a short search
     least_length: float = 0.1  # at the temperature of a case over that of the reference state
     rounded_direction: float = 1e-15  # cosine or sine of a direction: what is less is not zero for rounding only
-    slack: float = 1e-60  # share of the largest tension below which a cable is slack: no quotient by it overflows
-    # a relative error that says no more than that nothing is known; no number larger is stated
-    unknown_error: float = 1e30
     # share of its part of a cable at which an entry without a load is put: no load is likely there
     unloaded_fraction: float = 0.6180339887
-    drag_steps: int = 3  # in which c and d settle; what is left in the last one is added to the error
-    newton_steps_of_drag: int = 2  # of c in each
-    # further ones of cables that these do not settle, and the share of the new d that each of them takes: the drag on a
-    # slack cable swings to and fro, the less the smaller this share
-    further_drag_steps: tuple = ((6, 1.0), (20, 0.7), (60, 0.3))
     # parts of each smooth piece of a cable on which its drag is a polynomial: half as many show the error, which is
     # 1e-12 for common cables, and 1e-6 where a storm changes the tension by a half
     drag_parts: int = 4
-    drag_turns: int = 16  # at most, of the search for the drag on so many parts of a cable
-    settled_turn: float = 1e-11  # of tension and form, relative: what is left to change where that search ends
-    fastest_turns: float = 0.01  # factors by which the change falls from turn to turn: no less is believed,
-    slowest_turns: float = 0.9  # and with more than this what is left has no bound
-    # error over the change against half as many parts: a polynomial of six points has an error of the sixth power
-    finer_parts: float = 2.0**-6
-    settled_form: float = 1e-8  # share of the change by actual drag that the last step of the search changes
-    # of a change by actual drag: what the last step of a search for it changes, and what is left out of balance
-    settled_drag: float = 0.01
-    known_drag: float = 0.05  # of the change of a cable after all turns: where more is left nothing is known
-    no_drag: float = 1e-8  # of the tension, and of the length: a change due to drag that is as small need not settle
     pushed_drag_steps: int = 6  # of the end of a cable that is pushed
     drag_movements: int = 30  # of the bodies of a suspension in that search, at most;
     plain_movements: int = 3  # the first ones follow from the stiffness alone,

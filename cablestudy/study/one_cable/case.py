@@ -5,12 +5,12 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.cable.assembly import IN_PLANE, OUT_OF_PLANE, SPATIAL
+from cablestudy.cable.catenary_in_drag import errors_by_parts
 from cablestudy.cable.damping import grows_with_modes
 from cablestudy.cable.dynamics import PLANAR
 from cablestudy.cable.geometry import midspan
 from cablestudy.errors import NoSolutionError
 from cablestudy.motion.model_sizes import MODAL
-from cablestudy.study.catenary_in_drag import errors_by_parts
 from cablestudy.study.column import DISCRETE, SYSTEM, number_of, shapeless_error
 from cablestudy.study.compared_case import ComparedCase
 from cablestudy.study.motion_columns import DAMPING_RATIO

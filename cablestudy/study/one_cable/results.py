@@ -6,15 +6,16 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.cable.catenary import solve
+from cablestudy.cable.catenary_in_drag import errors_by_parts, form_of_one, in_drag
 from cablestudy.cable.geometry import reach_beyond_ends
 from cablestudy.cable.meshes import edges_of_pieces
 from cablestudy.cable.newton import UNDETERMINED
 from cablestudy.cable.span import CORES
 from cablestudy.cable.taut import lambda_squared
 from cablestudy.cable.tolerances import CABLE
+from cablestudy.cable.uneven_drag import bounded_errors, errors_of_modes, largest_ratio
 from cablestudy.cable.vectors import row_keys
 from cablestudy.errors import ConvergenceError, NoSolutionError
-from cablestudy.study.catenary_in_drag import errors_by_parts, form_of_one, in_drag
 from cablestudy.study.column import LIMP, of_part
 from cablestudy.study.conductors import uneven_errors
 from cablestudy.study.load_cases import holding_force, wind_direction
@@ -22,7 +23,6 @@ from cablestudy.study.one_cable.conductors import equivalent_cables
 from cablestudy.study.one_cable.loaded_cables import loaded_cables
 from cablestudy.study.statics import ClosedStatics, tensions_by_end_2
 from cablestudy.study.tolerances import STUDY
-from cablestudy.study.uneven_drag import bounded_errors, errors_of_modes, largest_ratio
 
 NO_MOTION = "the cable hangs folded: somewhere it has no tension, and no stiffness about it"
 
@@ -313,7 +313,7 @@ class Results:
         if not self.in_steady_wind:
             return self.model_error
         of_stiffness = bounded_errors(
-            STUDY.second_order
+            CABLE.second_order
             * largest_ratio(
                 self.form.global_end_stiffness - self.catenary.global_end_stiffness, self.catenary.global_end_stiffness
             )

@@ -5,11 +5,11 @@ from math import isfinite
 
 import numpy as np
 
+from cablestudy.cable.catenary_in_drag import errors_by_parts
 from cablestudy.cable.linear_range import linear_range
 from cablestudy.errors import NoSolutionError
 from cablestudy.statics.rigid import point_movement
 from cablestudy.statics.suspension import GROUND
-from cablestudy.study.catenary_in_drag import errors_by_parts
 from cablestudy.study.column import number_of, of_part
 from cablestudy.study.scene_values import merged_loads
 from cablestudy.study.statics import ClosedStatics

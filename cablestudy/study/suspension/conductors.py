@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from cablestudy.cable.records import take_rows
+from cablestudy.cable.uneven_drag import bounded_errors
 from cablestudy.cable.vectors import cross, times
 from cablestudy.statics import tangent
 from cablestudy.study.conductors import (
@@ -17,7 +18,6 @@ from cablestudy.study.conductors import (
 from cablestudy.study.suspension.load_cases import CablesOfCase, cables_left, loaded_state, numbers_at_rest
 from cablestudy.study.suspension.numbers import kind_of_case
 from cablestudy.study.tolerances import STUDY
-from cablestudy.study.uneven_drag import bounded_errors
 
 
 class SuspendedConductors:

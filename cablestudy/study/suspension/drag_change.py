@@ -11,17 +11,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cablestudy.cable.catenary import solve
+from cablestudy.cable.catenary_in_drag import in_drag
 from cablestudy.cable.records import assign_rows, copy_record, take_rows
 from cablestudy.cable.steady_drag import SteadyDrag, across
-from cablestudy.cable.vectors import size
-from cablestudy.statics import tangent
-from cablestudy.statics.links import Links, joined
-from cablestudy.statics.pose_state import PoseState, displaced, spans
-from cablestudy.statics.rigid import turn
-from cablestudy.statics.suspension import Equilibrium
-from cablestudy.study.catenary_in_drag import in_drag
-from cablestudy.study.tolerances import STUDY
-from cablestudy.study.uneven_drag import (
+from cablestudy.cable.tolerances import CABLE
+from cablestudy.cable.uneven_drag import (
     CablesInDrag,
     Pieces,
     bounded_errors,
@@ -30,6 +24,13 @@ from cablestudy.study.uneven_drag import (
     stiffness_of,
     uneven_drag_errors,
 )
+from cablestudy.cable.vectors import size
+from cablestudy.statics import tangent
+from cablestudy.statics.links import Links, joined
+from cablestudy.statics.pose_state import PoseState, displaced, spans
+from cablestudy.statics.rigid import turn
+from cablestudy.statics.suspension import Equilibrium
+from cablestudy.study.tolerances import STUDY
 from cablestudy.wind.mean import body_loads, next_argument
 
 
@@ -80,7 +81,7 @@ def equilibrium_in_drag(equilibrium, drag, parts):
     -------
     Equilibrium
         Its `catenary` is a `CatenaryInDrag` of shape (n, c); where no equilibrium was found, `unsettled` of the cables
-        whose ends move is `STUDY.unknown_error`.
+        whose ends move is `CABLE.unknown_error`.
     """
     count, steady = equilibrium.lengths.shape[1], drag_on_cables(drag, equilibrium)
     in_wind = equilibrium.record.converged & (steady.normal_drag > 0).any(axis=-1)
@@ -90,11 +91,11 @@ def equilibrium_in_drag(equilibrium, drag, parts):
         flat, of_rows = np.divmod(_of_cables(rows, count), count), equilibrium.take(rows)
         catenary = equilibrium.catenary.take(flat)
         cables = CablesInDrag.of(steady.take(flat), catenary, drag.stretched, Pieces.of(catenary, parts))
-        held = settled_changes(cables, settled=STUDY.settled_form)
+        held = settled_changes(cables, settled=CABLE.settled_form)
         least = (tangent.motion_units(of_rows.suspension) * of_rows.uncertainty.pose).max(axis=(-2, -1), initial=0.0)
-        of_bodies, changes, found = _search(of_rows, drag.take(rows), cables, held, STUDY.settled_form, least)
+        of_bodies, changes, found = _search(of_rows, drag.take(rows), cables, held, CABLE.settled_form, least)
         movement[rows[found]] = of_bodies[found]
-        moving[rows] = np.where(found[:, None], changes.unsettled.reshape(-1, count), STUDY.unknown_error)
+        moving[rows] = np.where(found[:, None], changes.unsettled.reshape(-1, count), CABLE.unknown_error)
     moved, steady = _moved_equilibrium(equilibrium, drag, steady, movement)
     form = in_drag(steady, moved.catenary, parts)
     unsettled = np.where(_moves(moved.suspension), np.maximum(moving, form.unsettled), form.unsettled)
@@ -181,14 +182,14 @@ def drag_change(equilibrium, drag):
     held = settled_changes(all_cables)
     movement, moved, found = _search(in_wind, drag, all_cables, held)
     state = _moved_state(in_wind, drag, all_cables, movement, moved)
-    unknown = np.where(found, 0.0, STUDY.unknown_error)[:, None]
+    unknown = np.where(found, 0.0, CABLE.unknown_error)[:, None]
     of_cables = uneven_drag_errors(all_cables, held, state.ends[:, :cables].reshape(-1, 2, 3), moved)
     of_cables = _unknown_where_ends_move(of_cables, in_wind.suspension, unknown)
     error[rows] = of_cables.error.reshape(len(rows), cables).max(axis=-1)
     displacement[rows] = movement + unknown[..., None] * in_wind.suspension.free
     form_error[rows] = of_cables.form_error(catenary).reshape(len(rows), cables).max(axis=-1)
     change_of_stiffness = of_cables.stiffness_change(catenary).reshape(len(rows), cables, 3, 3)
-    stiffness_error[rows] = STUDY.second_order * stiffness_change(in_wind, state.blocks, change_of_stiffness)
+    stiffness_error[rows] = CABLE.second_order * stiffness_change(in_wind, state.blocks, change_of_stiffness)
     return DragChange(error, displacement, form_error, bounded_errors(stiffness_error))
 
 
@@ -285,8 +286,8 @@ def _moved_state(equilibrium, drag, cables, movement, changes):
     net = tangent.free_values(suspension, net)
     left = np.abs(net / tangent.free_values(suspension, tangent.motion_units(suspension))).max(axis=-1, initial=0.0)
     change, largest = (size(vectors).max(axis=(-2, -1)) for vectors in (forces - equilibrium.end_forces, forces))
-    balanced = left <= STUDY.settled_drag * np.maximum(change, STUDY.no_drag * largest)
-    balanced &= (changes.unsettled.reshape(shape[:2]) <= STUDY.known_drag).all(axis=-1)
+    balanced = left <= CABLE.settled_drag * np.maximum(change, CABLE.no_drag * largest)
+    balanced &= (changes.unsettled.reshape(shape[:2]) <= CABLE.known_drag).all(axis=-1)
     return MovedState(ends, net, balanced, blocks)
 
 
@@ -299,7 +300,7 @@ def _with_wind_on_moved_bodies(equilibrium, drag, movement, rotation):
     return replace(suspension, **loads)
 
 
-def _search(equilibrium, drag, cables, held, settled=STUDY.settled_drag, least=None):
+def _search(equilibrium, drag, cables, held, settled=CABLE.settled_drag, least=None):
     """Find how far the actual drag moves the bodies of n cases, and the form of their cables.
 
     Each movement follows from the net forces by the tangent stiffness, to which the drag is a dead load. Since the drag
@@ -330,7 +331,7 @@ def _search(equilibrium, drag, cables, held, settled=STUDY.settled_drag, least=N
         return movement, held, np.ones(len(cases), dtype=bool)
     all_movements, all_changes, found = movement.copy(), copy_record(held), np.zeros(len(cases), dtype=bool)
     units, count = tangent.motion_units(suspension), equilibrium.lengths.shape[1]
-    least = STUDY.settled_drag * STUDY.no_drag * equilibrium.longest if least is None else least
+    least = CABLE.settled_drag * CABLE.no_drag * equilibrium.longest if least is None else least
     for step in range(STUDY.drag_movements):
         state = _moved_state(equilibrium, drag, cables, movement, changes)
         further, longest = units * _movement(equilibrium.suspension, state), equilibrium.longest

@@ -4,9 +4,9 @@ from functools import cached_property
 
 import numpy as np
 
+from cablestudy.cable.uneven_drag import errors_of_modes
 from cablestudy.study.suspension.drag_change import drag_change
 from cablestudy.study.tolerances import STUDY
-from cablestudy.study.uneven_drag import errors_of_modes
 
 
 class EquilibriumErrors:

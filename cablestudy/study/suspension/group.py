@@ -9,6 +9,8 @@ from typing import ClassVar
 import numpy as np
 
 from cablestudy.cable.catenary import Catenary
+from cablestudy.cable.catenary_in_drag import CatenaryInDrag, form_of_one
+from cablestudy.cable.uneven_drag import bounded_errors
 from cablestudy.errors import ConvergenceError, NoSolutionError, result_of
 from cablestudy.motion.airflow import drag_of
 from cablestudy.statics import lengths
@@ -17,7 +19,6 @@ from cablestudy.statics.failure import explain
 from cablestudy.statics.force_density import find_form
 from cablestudy.statics.rigid import angle_errors, to_angles
 from cablestudy.study.cable_columns import utilisation_of
-from cablestudy.study.catenary_in_drag import CatenaryInDrag, form_of_one
 from cablestudy.study.one_cable.loaded_cables import LoadedCables
 from cablestudy.study.one_cable.results import Results
 from cablestudy.study.suspension.conductors import conductors_of
@@ -31,7 +32,6 @@ from cablestudy.study.suspension.load_cases import (
 )
 from cablestudy.study.suspension.numbers import CableValues, SingleCable, distribution_of, loads_of
 from cablestudy.study.tolerances import STUDY
-from cablestudy.study.uneven_drag import bounded_errors
 from cablestudy.wind.mean import equilibrium_in_wind
 
 # zero except for rounding where the load is along the chord
@@ -419,7 +419,7 @@ class Group:
         """`change_by_fewer_parts` of `in_motion`, half of them; None without wind on cables.
 
         What its search left counts too, of movements as a share of the largest one by the wind; it is
-        `STUDY.unknown_error` where no equilibrium was found.
+        `CABLE.unknown_error` where no equilibrium was found.
         """
         if self._drag_in_motion is None:
             return None

@@ -9,24 +9,23 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from cablestudy.cable.catenary import Catenary, solve
-from cablestudy.cable.element import lagrange
-from cablestudy.cable.geometry import midspan, sag_and_swing
-from cablestudy.cable.records import take_rows, with_arrays
-from cablestudy.cable.segment import SegmentedCable, inverse_symmetric
-from cablestudy.cable.tolerances import CABLE
-from cablestudy.cable.vectors import size
-from cablestudy.study.drag_search import (
+from cablestudy.cable.drag_search import (
     drag_where_it_acts,
     gauss_nodes,
     integral_coefficients,
     to_points_and_end,
     turning_flexibility,
 )
-from cablestudy.study.tolerances import STUDY
-from cablestudy.study.uneven_drag import (
+from cablestudy.cable.element import lagrange
+from cablestudy.cable.geometry import midspan, sag_and_swing
+from cablestudy.cable.records import take_rows, with_arrays
+from cablestudy.cable.segment import SegmentedCable, inverse_symmetric
+from cablestudy.cable.tolerances import CABLE
+from cablestudy.cable.uneven_drag import (
     Pieces,
     bounded_errors,
 )
+from cablestudy.cable.vectors import size
 
 
 @dataclass(frozen=True)
@@ -70,7 +69,7 @@ class CatenaryInDrag(SegmentedCable):
         Against half as many parts one of them may be right by chance: it still has the error of the finer polynomials,
         a 64th of what they change, or its square where that is more: so large a change falls more slowly.
         """
-        return bounded_errors(self.unsettled + self.by_parts * np.clip(self.by_parts, STUDY.finer_parts, 1.0))
+        return bounded_errors(self.unsettled + self.by_parts * np.clip(self.by_parts, CABLE.finer_parts, 1.0))
 
     @property
     def span(self):
@@ -314,7 +313,7 @@ class CatenaryInDrag(SegmentedCable):
 
     def _stated(self, change):
         """Relative changes as errors of the form in uniform drag."""
-        return bounded_errors(STUDY.second_order * (change + self.unsettled))
+        return bounded_errors(CABLE.second_order * (change + self.unsettled))
 
     # ------------------------------------------------------------------------------------------- at mid-span
 
@@ -377,7 +376,7 @@ def errors_by_parts(numbers, coarser, least):
     With the change |numbers - coarser| + least |numbers| it is change/(|number| - change), since the true value may be
     smaller than the number by the change; `unknown_error` where it may be zero.
     """
-    change = STUDY.second_order * (np.abs(numbers - coarser) + least * np.abs(numbers))
+    change = CABLE.second_order * (np.abs(numbers - coarser) + least * np.abs(numbers))
     least = np.abs(numbers) - change
     return bounded_errors(np.divide(change, least, out=np.where(change > 0, np.inf, 0.0), where=least > 0))
 

@@ -20,7 +20,6 @@ from cablestudy.cable.records import assign_rows, take_rows
 from cablestudy.cable.steady_drag import SteadyDrag, across
 from cablestudy.cable.tolerances import CABLE
 from cablestudy.cable.vectors import size
-from cablestudy.study.tolerances import STUDY
 
 
 @dataclass(frozen=True)
@@ -96,7 +95,7 @@ class CablesInDrag:
         positions = None if drag.profile is None else points_along(catenary, pieces.points)
         return cls(drag, pieces, *stiffness_and_length(span), uniform_drag, at_points, at_ends, offset, positions)
 
-    def changes(self, ends=None, start=None, steps=STUDY.drag_steps, share=1.0):
+    def changes(self, ends=None, start=None, steps=CABLE.drag_steps, share=1.0):
         """Compute how the equilibria change in the actual drag: the errors of results with uniform drag.
 
         Parameters
@@ -136,7 +135,7 @@ class CablesInDrag:
             new = drag.normal_drag[:, None, None] * length * (actual_drag - self.uniform_drag)
             difference = difference + share * (new - difference)
             without_constant = at_points - pieces.running_integral(difference)
-            for _ in range(STUDY.newton_steps_of_drag):
+            for _ in range(CABLE.newton_steps_of_drag):
                 slope, tension, tangent = slope_of(without_constant + constant, stiffness)
                 step = _newton_step(slope - uniform_slope - apart, tension, tangent, pieces, stiffness, share)
                 constant = constant - step
@@ -152,8 +151,8 @@ class CablesInDrag:
         with np.errstate(over="ignore"):  # changes of what was nothing before are infinite
             of_force = ((change + size(step)) / np.maximum(size(force), tiny)).max(axis=-1)
             of_form = (size(at_middle) + size(at_middle - last_at_middle)) / np.maximum(self.offset, tiny)
-        of_all = np.maximum(size(displacement).max(axis=-1), STUDY.no_drag)
-        of_tension = np.maximum(change.max(axis=-1), STUDY.no_drag * size(force).max(axis=-1))
+        of_all = np.maximum(size(displacement).max(axis=-1), CABLE.no_drag)
+        of_tension = np.maximum(change.max(axis=-1), CABLE.no_drag * size(force).max(axis=-1))
         unsettled = np.maximum(size(displacement - previous).max(axis=-1) / of_all, size(step)[:, 0] / of_tension)
         relative = np.maximum(of_force, of_form[:, 0])
         return ChangesByDrag(relative, at_both, length * displacement, tensions, constant, difference, unsettled)
@@ -236,7 +235,7 @@ def slope_of(force, stiffness):
     Sizes are not less than a share of the largest one, so that no quotient overflows.
     """
     tension = size(force)[..., None]
-    tension = np.maximum(tension, STUDY.slack * np.maximum(tension.max(axis=-2, keepdims=True), STUDY.slack))
+    tension = np.maximum(tension, CABLE.slack * np.maximum(tension.max(axis=-2, keepdims=True), CABLE.slack))
     return force / stiffness + force / tension, tension, force / tension
 
 
@@ -271,7 +270,7 @@ class DragErrors:
         offset = np.asarray(span.unstretched_length) * size(catenary.at(np.array([0.5]))[0])[..., 0]
         largest = size(self.from_chord).max(axis=-1)
         of_offset = np.divide(largest, offset, out=np.where(largest > 0, np.inf, 0.0), where=offset > 0)
-        return bounded_errors(STUDY.second_order * of_offset)
+        return bounded_errors(CABLE.second_order * of_offset)
 
     def stiffness_change(self, catenary):
         """Change of the static stiffness of end 2, end 1 held, by the actual drag, shape (..., 3, 3). [N/m]
@@ -309,15 +308,15 @@ def uneven_drag_errors(cables, held, ends, moved):
     Returns
     -------
     DragErrors
-        `error` is the larger of two ratios with the ends held, times a safety factor (`STUDY.second_order`): change of
+        `error` is the larger of two ratios with the ends held, times a safety factor (`CABLE.second_order`): change of
         the tension vector to tension, and movement at mid-length to its distance from the chord. What the movement of
         the ends changes of the tension is added to it.
     """
     relative = np.where(cables.drag.normal_drag > 0, bounded_errors(held.relative), 0.0)
     relative = relative + _tension_change(cables, moved, held)
-    relative = np.where(moved.unsettled <= STUDY.known_drag, relative, STUDY.unknown_error)
+    relative = np.where(moved.unsettled <= CABLE.known_drag, relative, CABLE.unknown_error)
     return DragErrors(
-        error=bounded_errors(STUDY.second_order * relative),
+        error=bounded_errors(CABLE.second_order * relative),
         displacement=moved.displacement,
         points=cables.pieces.points,
         ends=ends,
@@ -327,13 +326,13 @@ def uneven_drag_errors(cables, held, ends, moved):
 
 
 @np.errstate(over="ignore", invalid="ignore")  # of a soft cable that the drag stretches without end
-def settled_changes(cables, ends=None, start=None, settled=STUDY.settled_drag):
+def settled_changes(cables, ends=None, start=None, settled=CABLE.settled_drag):
     """`ChangesByDrag` of `CablesInDrag`, in more turns where few do not settle them; parameters are those of `changes`.
 
     `settled` is the `unsettled` that is left at most where these turns suffice.
     """
     changes = cables.changes(ends, start)
-    for steps, share in STUDY.further_drag_steps:
+    for steps, share in CABLE.further_drag_steps:
         unsettled = np.flatnonzero(changes.unsettled > settled)
         if not len(unsettled):
             break
@@ -390,4 +389,4 @@ def largest_ratio(change, matrices):
 
 def bounded_errors(error):
     """Estimated errors that are numbers, none of them larger than `unknown_error`."""
-    return np.minimum(np.nan_to_num(error, nan=STUDY.unknown_error), STUDY.unknown_error)
+    return np.minimum(np.nan_to_num(error, nan=CABLE.unknown_error), CABLE.unknown_error)

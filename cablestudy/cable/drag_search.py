@@ -19,8 +19,7 @@ from cablestudy.cable.records import assign_rows, take_rows
 from cablestudy.cable.segment import solve_symmetric
 from cablestudy.cable.steady_drag import SteadyDrag, across
 from cablestudy.cable.tolerances import CABLE
-from cablestudy.study.tolerances import STUDY
-from cablestudy.study.uneven_drag import CablesInDrag, Pieces, settled_changes
+from cablestudy.cable.uneven_drag import CablesInDrag, Pieces, settled_changes
 
 
 @dataclass(frozen=True)
@@ -58,7 +57,7 @@ def drag_where_it_acts(drag, catenary, parts):
         cables = CablesOnParts.of(drag, catenary, Pieces.of(catenary, number))
         start = cables.in_uniform_drag() if found is None else cables.on_halves(found)
         found = cables.settle(start)
-        left = np.flatnonzero(~(found.unsettled <= STUDY.settled_form))
+        left = np.flatnonzero(~(found.unsettled <= CABLE.settled_form))
         if len(left):
             assign_rows(found, left, _found_in_small_steps(take_rows(cables, left), catenary.take(left)))
         found = replace(found, change=_relative(found.tension - start.tension, found.tension))
@@ -69,14 +68,14 @@ def drag_where_it_acts(drag, catenary, parts):
 def _found_in_small_steps(cables, catenary):
     """`FoundDrag` on `CablesOnParts` that few turns do not settle, by `settled_changes`; uniform where nothing does."""
     in_axes = CablesInDrag.of(cables.drag, catenary, pieces=cables.pieces)
-    changes = settled_changes(in_axes, settled=STUDY.settled_form)
-    known, frame = changes.unsettled <= STUDY.known_drag, np.swapaxes(cables.frame, -1, -2)
+    changes = settled_changes(in_axes, settled=CABLE.settled_form)
+    known, frame = changes.unsettled <= CABLE.known_drag, np.swapaxes(cables.frame, -1, -2)
     constant, difference, tension = (
         np.where(known[:, None, None], np.swapaxes(vectors @ frame, -1, -2), 0.0)
         for vectors in (changes.constant, changes.difference, changes.tensions - in_axes.at_points)
     )
-    unsettled = np.where(known, changes.unsettled, STUDY.unknown_error)
-    rate = np.full(len(known), STUDY.slowest_turns)
+    unsettled = np.where(known, changes.unsettled, CABLE.unknown_error)
+    rate = np.full(len(known), CABLE.slowest_turns)
     return FoundDrag(constant, difference, cables.uniform + tension, unsettled, rate, unsettled)
 
 
@@ -124,9 +123,9 @@ class CablesOnParts:
     def settle(self, start):
         """`FoundDrag` after turns from another, as many as each cable needs."""
         found, now, cables, left = None, start, self, np.arange(len(self.uniform))
-        for turn in range(STUDY.drag_turns):
+        for turn in range(CABLE.drag_turns):
             now = cables._turn(now, first=turn == 0)
-            unsettled = np.flatnonzero(~(now.unsettled <= STUDY.settled_turn))
+            unsettled = np.flatnonzero(~(now.unsettled <= CABLE.settled_turn))
             if not len(unsettled):
                 break
             if len(unsettled) < len(left):
@@ -137,7 +136,7 @@ class CablesOnParts:
     def in_uniform_drag(self):
         """`FoundDrag` of uniform drag, before the first turn."""
         none, unknown = np.zeros_like(self.uniform), np.full(len(self.uniform), np.inf)
-        rate = np.full(len(self.uniform), STUDY.slowest_turns)
+        rate = np.full(len(self.uniform), CABLE.slowest_turns)
         return FoundDrag(none[..., :1], none, self.uniform, unknown, rate, unknown)
 
     def on_halves(self, coarser):
@@ -164,7 +163,7 @@ class CablesOnParts:
         tension = now.tension + step_of_tension
         moved, rate = _relative(step_of_tension, tension), now.rate
         if not first:
-            rate = np.clip(moved / now.change, STUDY.fastest_turns, STUDY.slowest_turns)
+            rate = np.clip(moved / now.change, CABLE.fastest_turns, CABLE.slowest_turns)
         unsettled = moved * rate / (1 - rate)
         return FoundDrag(
             now.constant + constant[..., None], now.difference + step, tension, unsettled, rate, change=moved
@@ -210,7 +209,7 @@ def _size(tension):
     They are not less than a share of the largest one of each cable, so that no quotient overflows.
     """
     size = np.sqrt(tension[0] ** 2 + tension[1] ** 2 + tension[2] ** 2)
-    return np.maximum(size, STUDY.slack * np.maximum(size.max(axis=-1, keepdims=True), STUDY.slack))
+    return np.maximum(size, CABLE.slack * np.maximum(size.max(axis=-1, keepdims=True), CABLE.slack))
 
 
 def _slope(tension, compliance):
