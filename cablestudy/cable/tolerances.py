@@ -92,7 +92,6 @@ class CableTolerances:
     # ----------------------------------------------------------------------- drag and stress-strain curves
 
     pressure_step: float = 1e-3  # by which points move for the gradient of the pressure of a wind [m]
-    pressure_step: float = 1e-3  # by which points move for the gradient of the pressure of a wind [m]
     drag_points: int = 9  # along a cable, of the mean pressure of a wind that grows with the height
     # between two loads, and on each side of mid-length, at which the drag there is compared with the uniform one
     drag_points_of_piece: int = 6

@@ -1,6 +1,7 @@
 """Change of cables in a steady wind due to the drag where they hang, in place of the drag that is uniform along each.
 
-Statics have it (`catenary_in_drag`); of motion, which takes the drag as uniform, it is an error: `DragErrors`.
+Statics, and motion of suspensions, have it (`catenary_in_drag`); of modes and of the motion of one cable, which take
+the drag as uniform, it is an error: `DragErrors`.
 
 The tension vector at a point is N = N_0 + c - integral of d, with N_0 under the uniform drag, d(s) the drag where the
 cable hangs less the uniform one, and c the constant vector for which the ends stay where they are, or go where they

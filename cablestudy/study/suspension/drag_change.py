@@ -193,17 +193,13 @@ def drag_change(equilibrium, drag):
     return DragChange(error, displacement, form_error, bounded_errors(stiffness_error))
 
 
-def change_by_fewer_parts(equilibrium, drag, parts):
-    """Changes of equilibria in drag that varies along each cable, if it varies on fewer parts of the cables.
+def change_by_fewer_parts(equilibrium):
+    """Changes of equilibria in drag that varies along each cable, if it varies on half as many parts of the cables.
 
     Parameters
     ----------
     equilibrium : Equilibrium
         Of n cases, of `equilibrium_in_drag`.
-    drag : Drag
-        The wind, and drag areas of cables and bodies.
-    parts : int
-        Fewer parts than those of the equilibrium.
 
     Returns
     -------
@@ -214,8 +210,7 @@ def change_by_fewer_parts(equilibrium, drag, parts):
         Of bodies and points. [m], [rad]
     """
     suspension, of_cables = equilibrium.suspension, equilibrium.suspension.of_cables
-    form = in_drag(drag_on_cables(drag, equilibrium), equilibrium.catenary.catenary, parts)
-    changed = replace(equilibrium, catenary=form)
+    changed = replace(equilibrium, catenary=equilibrium.catenary.coarser)
     forces, others = (one.end_forces[:, of_cables] for one in (equilibrium, changed))
     largest = np.maximum(size(forces).max(axis=-1), np.finfo(float).tiny)
     of_forces = (size(forces - others).max(axis=-1) / largest).max(axis=-1, initial=0.0)

@@ -242,7 +242,7 @@ class Group:
     def rest(self):
         """`Equilibrium` of all cases where they rest: in a steady wind, with drag that varies along each cable.
 
-        They move about `equilibrium`, in which drag is uniform along each cable.
+        Their undamped modes to an accuracy are about `equilibrium`, in which drag is uniform along each cable.
         """
         return self._rest_of(self._loaded) if self.in_steady_wind else self.equilibrium
 
@@ -416,14 +416,14 @@ class Group:
 
     @cached_property
     def _change_by_fewer_parts(self):
-        """`change_by_fewer_parts` of `in_motion`, half of them; None without wind on cables.
+        """`change_by_fewer_parts` of `in_motion`; None without wind on cables.
 
         What its search left counts too, of movements as a share of the largest one by the wind; it is
         `CABLE.unknown_error` where no equilibrium was found.
         """
         if self._drag_in_motion is None:
             return None
-        relative, movement = change_by_fewer_parts(self.in_motion, self._drag_in_motion, self._drag_parts // 2)
+        relative, movement = change_by_fewer_parts(self.in_motion)
         unsettled = self.in_motion.catenary.unsettled.max(axis=-1, initial=0.0)
         now, before = self.in_motion, self.without_wind
         by_wind = [np.abs(now.position - before.position), np.abs(now.rotation - before.rotation).max(axis=-1)]
