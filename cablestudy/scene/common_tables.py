@@ -1,7 +1,8 @@
 """Tables of one cable and suspensions alike: how finely cables are computed, the ground, imaging, limits."""
 
-from functools import lru_cache, partial
+from functools import lru_cache, partial, reduce
 from itertools import pairwise
+from operator import and_
 from typing import Annotated, ClassVar, Literal, NamedTuple
 
 from pydantic import AfterValidator, Field, model_validator
@@ -91,7 +92,8 @@ def ground_relations(ground):
     """The relation that the x of the points of a `Ground` ascend: a list as in `KeyTable.relations`."""
     if not isinstance(ground, tuple):
         return []
-    ascends = all(point[0] < following[0] for point, following in pairwise(ground))
+    ascending = (point[0] < following[0] for point, following in pairwise(ground))
+    ascends = reduce(and_, ascending, True)  # numbers, or arrays where a study varies them
     return [(("ground",), ascends, "the x of its points must ascend")]
 
 
