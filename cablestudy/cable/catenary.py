@@ -214,11 +214,6 @@ class Catenary(SegmentedCable):
     def uneven_load(self, edges):
         """Load besides the uniform one and point loads on each part between edges: None, for there is none."""
 
-    @property
-    def folded(self):
-        """True where a cable has almost no tension somewhere, shape (...): it has no stiffness about this form."""
-        return self.min_tension <= CABLE.folded * self.max_tension
-
     def at(self, position):
         """Displacement and tension vector at positions along the cable.
 

@@ -4,14 +4,13 @@ A catenary in uniform drag, in closed form, and what the actual drag changes of 
 """
 
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import numpy as np
 
 from cablestudy.cable.catenary import Catenary, solve
 from cablestudy.cable.drag_search import (
     drag_where_it_acts,
-    gauss_nodes,
     integral_coefficients,
     to_points_and_end,
     turning_flexibility,
@@ -21,10 +20,7 @@ from cablestudy.cable.geometry import midspan, sag_and_swing
 from cablestudy.cable.records import take_rows, with_arrays
 from cablestudy.cable.segment import SegmentedCable, inverse_symmetric
 from cablestudy.cable.tolerances import CABLE
-from cablestudy.cable.uneven_drag import (
-    Pieces,
-    bounded_errors,
-)
+from cablestudy.cable.uneven_drag import Pieces, bounded_errors, gauss_nodes, gauss_weights
 from cablestudy.cable.vectors import size
 
 
@@ -85,11 +81,6 @@ class CatenaryInDrag(SegmentedCable):
     def slack(self):
         """True where a segment has no tension and no definite form, shape (...)."""
         return self.catenary.slack
-
-    @property
-    def folded(self):
-        """True where a cable has next to no tension somewhere, shape (...)."""
-        return self.min_tension <= CABLE.folded * self.max_tension
 
     @property
     def planar(self):
@@ -274,7 +265,7 @@ class CatenaryInDrag(SegmentedCable):
         def of_parts(vectors):
             """Flexibilities of the parts by change of direction, by tension vectors at their points, (6, ..., k)."""
             of_points = vectors.reshape(*vectors.shape[:-2], len(width), len(nodes), 3)
-            return np.array(turning_flexibility(np.moveaxis(of_points, -1, 0), width[:, None] * _weights()))
+            return np.array(turning_flexibility(np.moveaxis(of_points, -1, 0), width[:, None] * gauss_weights()))
 
         change = of_parts(self.tension_at(points)) - of_parts(self.catenary.tension_at(points))
         length = np.asarray(self.span.unstretched_length)[..., None]
@@ -387,12 +378,6 @@ def form_of_one(span, drag, parts):
         return solve(span)
     batch_of_one = with_arrays(span, lambda array: np.asarray(array)[None])
     return in_drag(drag, solve(batch_of_one), parts).take(0)
-
-
-@lru_cache(1)
-def _weights():
-    """Gauss's weights of the points of a piece; they add up to 1. [-]"""
-    return np.polynomial.legendre.leggauss(CABLE.drag_points_of_piece)[1] / 2
 
 
 def _integral(pieces, vectors):

@@ -19,7 +19,7 @@ from cablestudy.cable.records import assign_rows, take_rows
 from cablestudy.cable.segment import solve_symmetric
 from cablestudy.cable.steady_drag import SteadyDrag, across
 from cablestudy.cable.tolerances import CABLE
-from cablestudy.cable.uneven_drag import CablesInDrag, Pieces, settled_changes
+from cablestudy.cable.uneven_drag import CablesInDrag, Pieces, gauss_nodes, settled_changes
 
 
 @dataclass(frozen=True)
@@ -249,12 +249,6 @@ def _limited(step, size):
     """Steps of c, shape (n, 3), none larger than the largest tension: a slack cable has next to none where level."""
     largest = size.max(axis=-1, keepdims=True)
     return step * (largest / np.maximum(np.sqrt((step**2).sum(axis=-1, keepdims=True)), largest))
-
-
-@lru_cache(1)
-def gauss_nodes():
-    """Gauss's points of a piece, shares of its length. [-]"""
-    return (1 + np.polynomial.legendre.leggauss(CABLE.drag_points_of_piece)[0]) / 2
 
 
 @lru_cache(1)

@@ -270,6 +270,11 @@ class SegmentedCable:
         return np.where(sags, horizontal, least).min(axis=-1)
 
     @property
+    def folded(self):
+        """True where a cable has almost no tension somewhere, shape (...): it has no stiffness about this form."""
+        return self.min_tension <= CABLE.folded * self.max_tension
+
+    @property
     def stretched_length(self):
         """Stretched length of a continuous cable, shape (...). [m]"""
         return self.span.unstretched_length * (1 + self.mean_tension / self.span.axial_stiffness)

@@ -170,14 +170,13 @@ class Pieces:
     @classmethod
     def of(cls, catenary, parts=1):
         """The `Pieces` of n cables between their loads, and on both sides of mid-length, each in equal parts."""
-        nodes, weights = np.polynomial.legendre.leggauss(CABLE.drag_points_of_piece)
         loaded = np.pad(catenary.span.load_forces.any(axis=-1), ((0, 0), (1, 1)), constant_values=True)
         edges = np.where(loaded, catenary.edges, 1.0)
         edges = np.sort(np.concatenate([edges, np.full((len(edges), 1), 0.5)], axis=-1), axis=-1)
         width = np.repeat(np.diff(edges, axis=-1) / parts, parts, axis=-1)
         begins = np.repeat(edges[:, :-1], parts, axis=-1) + width * np.tile(np.arange(parts), edges.shape[1] - 1)
-        points = begins[..., None] + width[..., None] * (1 + nodes) / 2
-        of_points = width[..., None] * weights / 2
+        points = begins[..., None] + width[..., None] * gauss_nodes()
+        of_points = width[..., None] * gauss_weights()
         return cls(width, points.reshape(len(points), -1), of_points.reshape(len(points), -1, 1))
 
     def integral(self, vectors):
@@ -238,6 +237,18 @@ def slope_of(force, stiffness):
     tension = size(force)[..., None]
     tension = np.maximum(tension, CABLE.slack * np.maximum(tension.max(axis=-2, keepdims=True), CABLE.slack))
     return force / stiffness + force / tension, tension, force / tension
+
+
+@lru_cache(1)
+def gauss_nodes():
+    """Gauss's points of a piece, shares of its length. [-]"""
+    return (1 + np.polynomial.legendre.leggauss(CABLE.drag_points_of_piece)[0]) / 2
+
+
+@lru_cache(1)
+def gauss_weights():
+    """Gauss's weights of the points of a piece; they add up to 1. [-]"""
+    return np.polynomial.legendre.leggauss(CABLE.drag_points_of_piece)[1] / 2
 
 
 @lru_cache(1)
