@@ -146,6 +146,21 @@ def test_loads_that_no_cable_can_hold():
     assert problems == "no tensions hold b here: nothing balances b along x"
 
 
+@pytest.mark.parametrize("lift", [0.0, 600.0])
+def test_cables_that_end_below_a_body_do_not_carry_it(lift):
+    """Three anchors 10 m below the body: with 50 kg it needs lift, with which the cables balance 600 - 490.5 N."""
+    anchors = [(20, 0, 0), (-10, 17, 0), (-10, -17, 0)]
+    lines = [cable(anchor, ("b", (0.0, 0.0, 0.0)), 1e6, mass=0.0, given=None) for anchor in anchors]
+    free = (True, True, True, False, False, False)
+    scene = suspension([body("b", (0, 0, 10.0), 50.0, force=(0.0, 0.0, lift), free=free)], lines)
+    found, problems = lengths.solve(scene)
+    if lift:
+        assert problems == ""
+        assert found.end_forces[:, 1, 2].sum() == pytest.approx(50 * 9.81 - lift, rel=1e-9)
+    else:
+        assert problems == "no lengths hold b here: all its cables pull down, and nothing lifts it"
+
+
 def test_equations_and_unknowns_are_counted():
     scene = suspension(
         [body("b", (0, 0, 0), 5.0)],

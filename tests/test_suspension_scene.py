@@ -224,6 +224,7 @@ INERTIA = "    inertia: [4, 4, 6]\n"
 SILENT = ((", preload: 1000", ""), (", tension_to: 1 kN", ""))
 NO_MASS = "no mass has this tensor: its principal moments must be positive, and none above the sum of the other two"
 DOT = "a name must not contain a dot: BODY.ATTACHMENT is an end, and columns are named NAME.COLUMN"
+ATTACHMENTS = "give it some, bodies.gondola.attachments: {NAME: [x, y, z]}"
 ONE_CABLE = "unknown key in a suspension"
 # what is changed in the file, and the lines that say what is wrong with it
 MISTAKES = {
@@ -239,6 +240,9 @@ MISTAKES = {
         '15:23: cables.v.to: gondola has no attachment "c" (allowed: a, b)'),
     "a body without attachment": ([(END, "to: gondola")],
         "15:23: cables.v.to: gondola is a body: a cable ends at one of its attachments (gondola.a, gondola.b)"),
+    "bodies without any attachment": ([("    attachments: {a: [0.5, 0, 0.3], b: [-0.5, 0, 0.3]}\n", "")],
+        ["14:23: cables.v.to: gondola is a body without attachments: " + ATTACHMENTS,
+         "15:30: cables.w.to: gondola is a body without attachments: " + ATTACHMENTS]),
     "an attachment of a point": ([(END, "to: knot.a")],
         "15:23: cables.v.to: knot is a point, which has no attachments"),
     "a place of two numbers": ([(END, "to: [1, 2]")], "15:23: cables.v.to: expected 3 components, got 2"),
@@ -299,7 +303,7 @@ MISTAKES = {
          "14:3: cables.s: a name must be unique, and there is a point of this name"]),
     "too little stated": (SILENT,
         f"13:6: cables.n: missing key: one of {STATED} (solve_for: pose needs one of each cable; 2 of 4 cables give "
-        "none: n, s)"),
+        "none: n, s; solve_for: lengths finds them)"),
     "too much stated": ([("preload: 1000", "preload: 1000, sag: 3")],
         f"13:45: cables.n.sag: given together with preload: give exactly one of {STATED}"),
     "more equations than unknowns": ([("cables:", "solve_for: lengths\ncables:"), *SILENT],

@@ -84,7 +84,7 @@ def _wrong_end(kind, end, points, bodies, suggest):
         if attachment in bodies[body]:
             return ""
         if not attachments:
-            return f"{body} is a body without attachments: no {kind} can end at it"
+            return f"{body} is a body without attachments: give it some, bodies.{body}.attachments: {{NAME: [x, y, z]}}"
         if not dot:
             return f"{body} is a body: a {kind} ends at one of its attachments ({', '.join(attachments)})"
         return f"{body} has no attachment {show(attachment)} ({suggestion(attachment, bodies[body])})"

@@ -71,8 +71,8 @@ def _mistakes_for_pose(scene, without_length):
     if without_length:
         listed = first_of(without_length, SCENE.listed_names)
         count = f"{len(without_length)} of {len(scene.cables)} cables give none: {listed}"
-        message = f"missing key: one of {', '.join(STATED)} (solve_for: pose needs one of each cable; {count})"
-        mistakes.append((("cables", without_length[0]), message))
+        needed = f"solve_for: pose needs one of each cable; {count}; solve_for: lengths finds them"
+        mistakes.append((("cables", without_length[0]), f"missing key: one of {', '.join(STATED)} ({needed})"))
     if scene.tensions is not None:
         mistakes.append((("tensions",), "belongs to solve_for: lengths; with pose each cable states its own"))
     return mistakes

@@ -205,9 +205,12 @@ def with_stable_attitudes(problem, result):
 def describe_failure(problem, result, case):
     """Reason, for an error message, why no lengths were found that hold the bodies at their given positions in a case.
 
-    Either no tensions hold the loads, or only tensions outside the bounds do, or the search did not settle.
+    Either cables can only pull a body down, or no tensions hold the loads, or only tensions outside the bounds do, or
+    the search did not settle.
     """
     suspension, answer = problem.suspension, take_rows(result.distribution, case)
+    for body in bodies_above_their_cables(suspension.take(case)):
+        return f"no lengths hold {suspension.body_names[body]} here: all its cables pull down, and nothing lifts it"
     bodies = [suspension.body_names[i] for i in range(suspension.bodies) if suspension.free[i].any()]
     held = ", ".join(bodies) or "the points"
     if not answer.held:
@@ -231,6 +234,24 @@ def describe_failure(problem, result, case):
     least, most = low.min() / factor, high.max() / factor
     allowed = f"in [{least:.4g}, {most:.4g}] {unit}" if np.isfinite(most) else f"of {least:.4g} {unit} and more"
     return f"no tensions {allowed} hold {held} here; nearest: {', '.join(nearest)}"
+
+
+def bodies_above_their_cables(suspension):
+    """Yield indices of heavy bodies and points, free along z, none of whose cables and links ends above them.
+
+    At its upper end a cable pulls down, however slack it is.
+
+    Parameters
+    ----------
+    suspension : SuspendedSystem
+        One case.
+    """
+    height = suspension.ends(suspension.position, suspension.rotation)[..., 2]
+    below = height <= height[:, ::-1]  # of each end: whether the other one is as high or higher
+    down = suspension.mass * suspension.gravity - suspension.force[:, 2]
+    for body in np.flatnonzero(suspension.free[:, 2] & (down > 0)):
+        if not below[suspension.owner == body].any():
+            yield body
 
 
 def points_of_open_cables(problem):
