@@ -13,8 +13,8 @@ ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = ROOT / "cablestudy"
 PICTURE = ROOT / "docs" / "pictures" / "layers.svg"
 ORDER = (
-    "cli", "pages", "interface", "sweeps", "study", "motion", "control", "wind", "system", "statics", "cable", "scene",
-    "errors",
+    "cli", "pages", "interface", "sweeps", "plots", "study", "motion", "control", "wind", "system", "statics", "cable",
+    "scene", "errors",
 )  # fmt: skip
 ROW, LEFT, STEP, TOP = 30, 890, 38, 70  # height of a row, where the dots begin, their distance, head of the table
 STYLE = "font-family='sans-serif' font-size='13' fill='#222'"

@@ -62,8 +62,8 @@ def undrawn():
     """Pictures are composed, but not drawn: their files stay empty, and a page shows an empty svg for each."""
     empty = '<svg role="img" aria-label="{}"></svg>'.format
     with (
-        patch("cablestudy.study.plots.save", lambda figure, path: Path(path).touch()),
-        patch("cablestudy.study.plots.save_animation", lambda draw, path: Path(path).touch()),
+        patch("cablestudy.plots.save", lambda figure, path: Path(path).touch()),
+        patch("cablestudy.plots.save_animation", lambda draw, path: Path(path).touch()),
         patch("cablestudy.pages.page.inline_picture", lambda figure, prefix, label: empty(escape(label))),
     ):
         yield

@@ -11,7 +11,7 @@ from picture import curves
 from PIL import Image, ImageSequence
 
 import cablestudy as cs
-from cablestudy.study import plots
+from cablestudy import plots
 
 SCENES = {"one cable": CONFIGS / "guy.yaml", "suspension": CONFIGS / "suspensions" / "fast.yaml"}
 GIF = ("modes", CONFIGS / "guy.yaml", "-n", "1", "--animate")

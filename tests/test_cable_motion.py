@@ -11,9 +11,9 @@ from scipy.integrate import quad
 from solved import rows_as_alone, solve
 from test_wind_cable import ASIDE, HYSTERETIC, INCLINED, SAGGING, VERTICAL
 
+from cablestudy import plots
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.scene import load_scene
-from cablestudy.study import plots
 from cablestudy.study.columns import find
 from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.system import analyses_of_winds

@@ -453,7 +453,7 @@ def test_pictures_of_names_in_other_scripts_have_no_warning(kind, tmp_path, capl
 
 def test_legends_stand_at_fixed_places():
     """matplotlib's search for the best place warns where it takes more than a second."""
-    for path in sorted((ROOT / "cablestudy" / "study" / "plots").glob("*.py")):
+    for path in sorted((ROOT / "cablestudy" / "plots").glob("*.py")):
         text = path.read_text(encoding="utf-8")
         assert ".legend()" not in text, path.name
         assert 'loc="best"' not in text, path.name

@@ -17,7 +17,7 @@ from scipy.optimize import brentq
 from test_control_law import PID
 from test_windrms import paper_loop
 
-from cablestudy.study import plots
+from cablestudy import plots
 from cablestudy.study.columns import find
 from cablestudy.study.loop_in_time import TimeOptions, time_case
 from cablestudy.study.loop_report import curves, unwrapped_phase

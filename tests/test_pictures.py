@@ -10,13 +10,13 @@ from matplotlib.figure import Figure
 from picture import curves, faults
 from scenes import computed
 
+from cablestudy import plots
 from cablestudy.interface import load
+from cablestudy.plots.colour_map import keep_apart
 from cablestudy.scene.scene import load_scene
 from cablestudy.scene.study import read_study
-from cablestudy.study import plots
 from cablestudy.study.one_cable import case_modes
 from cablestudy.study.one_cable.case import CableCase
-from cablestudy.study.plots.colour_map import keep_apart
 from cablestudy.study.prepare import fields_of, prepare
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.table import Table

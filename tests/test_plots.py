@@ -15,19 +15,19 @@ from scenes import SAGGING, computed
 from scipy.interpolate import RegularGridInterpolator
 from scipy.optimize import brentq
 
+from cablestudy import plots
 from cablestudy.cable.geometry import lowest_point, points_along
 from cablestudy.errors import SceneError
+from cablestudy.plots import style
+from cablestudy.plots.words import column_words, force_text, key_words, length_text, number, unit_text, value_text
 from cablestudy.scene.scene import load_scene
 from cablestudy.scene.study import read_study
-from cablestudy.study import plots
 from cablestudy.study.columns import find
 from cablestudy.study.deflection import nodal_deflections
 from cablestudy.study.one_cable import case_modes
 from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.columns import gondola_on_cable
 from cablestudy.study.one_cable.rows import evaluate
-from cablestudy.study.plots import style
-from cablestudy.study.plots.words import column_words, force_text, key_words, length_text, number, unit_text, value_text
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.sweeps.sensitivity import Sensitivity
 

@@ -18,8 +18,9 @@ from scipy.io import loadmat
 from test_statespace import end_stiffness_of_bars
 from test_suspension_ssm_command import same_files
 
+from cablestudy import plots
 from cablestudy.control import export, one_cable
-from cablestudy.study import plots, ssm, ssm_tables
+from cablestudy.study import ssm, ssm_tables
 from cablestudy.system.linear import LinearSystem
 
 AXIAL = ("--kinds", "axial", "--modes", "5")

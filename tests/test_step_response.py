@@ -6,8 +6,8 @@ import scipy.optimize
 from command import CONFIGS, run, table_of
 from picture import faults
 
+from cablestudy import plots
 from cablestudy.control.step_response import step_response
-from cablestudy.study import plots
 
 RATIOS = (0.05, 0.3, 0.7, 0.99)
 OMEGA = 3.0  # [rad/s]

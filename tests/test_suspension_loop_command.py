@@ -15,6 +15,7 @@ from references.bar_loop import AXES, BarLoop
 from scipy.optimize import brentq
 from test_suspension_loop_bars import scene_of
 
+from cablestudy import plots
 from cablestudy.cable.dynamics import Dynamics
 from cablestudy.control import time_response
 from cablestudy.errors import ConvergenceError
@@ -24,7 +25,6 @@ from cablestudy.motion.response_in_time import uniform_gust
 from cablestudy.pages import page as pages
 from cablestudy.scene.scene import load_scene
 from cablestudy.scene.suspension import SuspensionScene
-from cablestudy.study import plots
 from cablestudy.study.loop_in_time import TimeOptions, time_case
 from cablestudy.study.ssm import StateSpaceOptions
 from cablestudy.study.suspension import ssm

@@ -9,10 +9,10 @@ from picture import faults
 from scenes import scene_of
 from suspension_cases import SUSPENSIONS, case_at
 
+from cablestudy import plots
 from cablestudy.errors import NoSolutionError
 from cablestudy.interface import load
-from cablestudy.study import plots
-from cablestudy.study.plots.wind import ellipse
+from cablestudy.plots.wind import ellipse
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.wind_report import wind_tables
 

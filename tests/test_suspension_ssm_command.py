@@ -16,11 +16,11 @@ from suspension_scenes import platform
 from test_suspension_ssm import MARKERS, WINCHES, agree, by_bars, model
 
 import cablestudy as cs
+from cablestudy import plots
 from cablestudy.cable.damping import Damping
 from cablestudy.control.statespace import state_space_of
 from cablestudy.control.suspension import suspension_system
 from cablestudy.statics.suspension import outward_tangents
-from cablestudy.study import plots
 from cablestudy.study.suspension.ssm import with_node_forces
 from cablestudy.system.cables import Models
 from cablestudy.system.coupled import Layout

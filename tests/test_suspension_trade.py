@@ -10,8 +10,9 @@ from references import bar_suspension, continuous_suspension
 from references.dense import condensed
 from suspension_cases import SUSPENSIONS, scene_at
 
+from cablestudy import plots
 from cablestudy.scene.scene import load_scene
-from cablestudy.study import plots, trade
+from cablestudy.study import trade
 from cablestudy.study.columns import find
 from cablestudy.study.refinement import with_elements
 from cablestudy.study.suspension import trade as suspension_trade

@@ -15,9 +15,10 @@ from scenes import GONDOLA, INCLINED, PAPER, SAGGING, Twin, scene
 from scipy.integrate import trapezoid
 from scipy.optimize import brentq
 
+from cablestudy import plots
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.scene.scene import load_scene
-from cablestudy.study import plots, trade
+from cablestudy.study import trade
 from cablestudy.study.columns import find
 from cablestudy.study.compared_models import ComparedModel
 from cablestudy.study.markdown import fitted

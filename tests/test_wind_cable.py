@@ -12,9 +12,9 @@ from references.panels import panels
 from scenes import case_of, cells, scene, scene_of
 from scipy.integrate import trapezoid
 
+from cablestudy import plots
 from cablestudy.cable.element import Mesh, basis, lagrange
 from cablestudy.scene.scene import quantity_of
-from cablestudy.study import plots
 from cablestudy.study.one_cable import system as one_cable_system
 from cablestudy.study.one_cable import wind_report
 from cablestudy.study.one_cable.case import CableCase

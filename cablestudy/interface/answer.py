@@ -93,7 +93,7 @@ class Answer:
     explain: Callable[[], tuple[str, ...]] = tuple  # makes the lines on what was modelled and what was left out
     warnings: tuple[str, ...] = ()
     failures: tuple[str, ...] = ()  # why there is no answer
-    draw: Callable[..., Figure] | None = None  # makes the picture by the module `study.plots`
+    draw: Callable[..., Figure] | None = None  # makes the picture by the module `plots`
     # writes the files of the command, once all its options are known to be right, and returns their names
     write: Callable[[], tuple[str, ...]] = tuple
     case: object = None  # what was solved
@@ -124,7 +124,7 @@ class Answer:
     @one_thread()
     def figure(self) -> Figure:
         """The picture; SceneError where there is none, NoSolutionError where nothing was solved that it could show."""
-        from cablestudy.study import plots
+        from cablestudy import plots
 
         if self.draw is not None:
             return self.draw(plots)
@@ -134,13 +134,13 @@ class Answer:
 
     def save_figure(self, path: str) -> None:
         """Write the picture as .png, .svg or .pdf, whole or not at all."""
-        from cablestudy.study import plots
+        from cablestudy import plots
 
         plots.save(self.figure(), path)
 
     def save_animation(self, path: str) -> None:
         """Write the picture of modes in motion as .gif or .html, whole or not at all."""
-        from cablestudy.study import plots
+        from cablestudy import plots
 
         if self.draw is None:
             self.figure()  # raises why there is none

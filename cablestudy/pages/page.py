@@ -12,7 +12,7 @@ from cablestudy.errors import CablestudyError, NothingToDrawError, SceneError, o
 from cablestudy.pages.markup import document, element, listed, paragraph, picture, text, unit_text
 from cablestudy.pages.tables import error_text, table_html
 from cablestudy.pages.tolerances import PAGES
-from cablestudy.study.plots.style import rendered
+from cablestudy.plots.style import rendered
 from cablestudy.study.table import short
 
 BEFORE = re.compile(r"\A.*?(?=<svg )", re.DOTALL)  # the declarations of a file of its own
@@ -152,8 +152,8 @@ class Page:
         self._figures.append(element("div", element("dt", text(title)) + number + stated))
 
     def draw(self, figure_of, caption):
-        """Append the picture that a function draws by the module `study.plots`."""
-        from cablestudy.study import plots
+        """Append the picture that a function draws by the module `plots`."""
+        from cablestudy import plots
 
         with self.part(f"Picture: {caption}"):
             self._pictures += 1

@@ -72,7 +72,7 @@ def study_sections(page, run, words, selection=None):
 
 
 def _draw_table(page, study, table, plots):
-    """The picture of the table of a study, by the module `study.plots`; notes the columns that it leaves out."""
+    """The picture of the table of a study, by the module `plots`; notes the columns that it leaves out."""
     columns = [field.name for field in page.chosen(table)]
     if not columns and (left_out := plots.not_drawn(study)):
         page.note("Picture", [f"not drawn: {', '.join(left_out)} (plot: {{x: ..., y: [...]}} of the study chooses)"])

@@ -7,12 +7,12 @@ import numpy as np
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 
-import cablestudy.study.plots.marks as marks
-import cablestudy.study.plots.style as style
+import cablestudy.plots.marks as marks
+import cablestudy.plots.style as style
 from cablestudy.cable.geometry import points_along
-from cablestudy.study.plots.deflection import deflections
-from cablestudy.study.plots.drawing import FLAT, VIEWS, direction, drawing_of, ground_in, upright_plane, view_from_end_1
-from cablestudy.study.plots.words import force_text, force_unit, length_text, shortened
+from cablestudy.plots.deflection import deflections
+from cablestudy.plots.drawing import FLAT, VIEWS, direction, drawing_of, ground_in, upright_plane, view_from_end_1
+from cablestudy.plots.words import force_text, force_unit, length_text, shortened
 
 SIDEWAYS = 1e-6  # share of the size from which on a cable is drawn out of the vertical plane too
 HIDDEN_SAG = 0.06  # share of the height of the picture below which a sag is hidden by the slope of its chord

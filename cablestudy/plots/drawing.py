@@ -8,9 +8,9 @@ import numpy as np
 
 from cablestudy.cable.geometry import clearance, load_sag, points_along
 from cablestudy.errors import ConvergenceError, NoSolutionError
+from cablestudy.plots.words import case_words, force_text, length_text, shortened
 from cablestudy.scene.words import counted
 from cablestudy.statics.suspension import GROUND
-from cablestudy.study.plots.words import case_words, force_text, length_text, shortened
 from cablestudy.study.scene_kind import kind_of
 
 FINE_POINTS, COARSE_POINTS, FEW_CABLES = 401, 61, 12  # points along a cable of a few, and of more cables than these

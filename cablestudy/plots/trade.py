@@ -7,8 +7,8 @@ from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
-import cablestudy.study.plots.style as style
-from cablestudy.study.plots.words import column_words, number, quantity_text
+import cablestudy.plots.style as style
+from cablestudy.plots.words import column_words, number, quantity_text
 
 BLACK = "#000000"
 # family: colour, marker, line

@@ -4,10 +4,10 @@ import numpy as np
 from matplotlib.colors import LogNorm
 from matplotlib.ticker import LogLocator, MaxNLocator
 
-import cablestudy.study.plots.style as style
-from cablestudy.study.plots.quantity import quantity_named
-from cablestudy.study.plots.series import series_of
-from cablestudy.study.plots.words import number, panels_left_out, shortened, with_minus
+import cablestudy.plots.style as style
+from cablestudy.plots.quantity import quantity_named
+from cablestudy.plots.series import series_of
+from cablestudy.plots.words import number, panels_left_out, shortened, with_minus
 
 MOST_PANELS = 6  # in one picture
 MOST_CELLS_PER_ROW = 4  # cells of a grid over rows, above which the rows are drawn as points instead

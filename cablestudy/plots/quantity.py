@@ -2,10 +2,10 @@
 
 from dataclasses import dataclass
 
+from cablestudy.plots.words import axis_label, column_words, key_words, quantity_text, unit_text, value_text
 from cablestudy.scene.scene import quantity_of
 from cablestudy.scene.units import split, to_si
 from cablestudy.study.columns import column_named
-from cablestudy.study.plots.words import axis_label, column_words, key_words, quantity_text, unit_text, value_text
 from cablestudy.study.prepare import SHOWN_BY, reference_header
 from cablestudy.study.table import shown_unit
 from cablestudy.study.varied_keys import varied_key

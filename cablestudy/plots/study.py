@@ -3,13 +3,13 @@
 import numpy as np
 from matplotlib.lines import Line2D
 
-import cablestudy.study.plots.style as style
+import cablestudy.plots.style as style
+from cablestudy.plots.colour_map import colour_map
+from cablestudy.plots.quantity import DrawnQuantity, quantities_varied, quantity_named
+from cablestudy.plots.series import give_looks, series_of
+from cablestudy.plots.words import column_words, key_words, panels_left_out, value_text
 from cablestudy.study.cable_columns import TEXTS
 from cablestudy.study.columns import find, find_header
-from cablestudy.study.plots.colour_map import colour_map
-from cablestudy.study.plots.quantity import DrawnQuantity, quantities_varied, quantity_named
-from cablestudy.study.plots.series import give_looks, series_of
-from cablestudy.study.plots.words import column_words, key_words, panels_left_out, value_text
 from cablestudy.study.prepare import SHOWN_BY, reference_header
 from cablestudy.study.table_rows import OK, has_answer
 

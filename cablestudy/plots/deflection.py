@@ -5,8 +5,8 @@ from functools import partial
 import numpy as np
 
 from cablestudy.cable.element import basis, lagrange
+from cablestudy.plots.style import BLUE, GREEN, GREY, ORANGE, RED, padded, plain
 from cablestudy.study.deflection import nodal_deflections
-from cablestudy.study.plots.style import BLUE, GREEN, GREY, ORANGE, RED, padded, plain
 
 WORDS = {"vertical": "upwards", "sideways": "sideways", "horizontal": "horizontally"}
 FULL = {"color": BLUE, "label": "full, non-linear"}

@@ -9,14 +9,14 @@ from functools import cached_property
 import numpy as np
 from matplotlib.colors import to_rgb
 
-import cablestudy.study.plots.style as style
+import cablestudy.plots.style as style
+from cablestudy.plots.deflection import interpolate_elements
+from cablestudy.plots.drawing import FLAT, View, drawing_of, upright_plane
+from cablestudy.plots.marks import draw_body, draw_lines, draw_points, scale_bar
+from cablestudy.plots.words import length_text, quantity_text, shortened
 from cablestudy.scene.determinacy import ROTATIONS
 from cablestudy.scene.words import counted
 from cablestudy.statics.suspension import GROUND
-from cablestudy.study.plots.deflection import interpolate_elements
-from cablestudy.study.plots.drawing import FLAT, View, drawing_of, upright_plane
-from cablestudy.study.plots.marks import draw_body, draw_lines, draw_points, scale_bar
-from cablestudy.study.plots.words import length_text, quantity_text, shortened
 from cablestudy.study.table import write_whole
 
 # of one cable: kind of mode -> colour, words for what is drawn upwards, its axis (1: across the chord, 2: sideways)

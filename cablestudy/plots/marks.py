@@ -7,8 +7,8 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import to_rgb
 from matplotlib.transforms import blended_transform_factory
 
-from cablestudy.study.plots.style import BLUE, GREY, ORANGE, RED, nice, text_width
-from cablestudy.study.plots.words import force_text, length_text, shortened
+from cablestudy.plots.style import BLUE, GREY, ORANGE, RED, nice, text_width
+from cablestudy.plots.words import force_text, length_text, shortened
 
 GROUND_COLOUR = "#8c7355"
 MANY_MARKS = 50  # anchors or junctions from which they are small

@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from matplotlib.lines import Line2D
 
-from cablestudy.study.plots.quantity import quantities_varied
-from cablestudy.study.plots.style import DASHES, GREY, SERIES, colours_of_names, colours_over, spaced_logarithmically
-from cablestudy.study.plots.words import shortened
+from cablestudy.plots.quantity import quantities_varied
+from cablestudy.plots.style import DASHES, GREY, SERIES, colours_of_names, colours_over, spaced_logarithmically
+from cablestudy.plots.words import shortened
 
 MARKS = "os^DvP"
 MARKED_DASHES = (*DASHES, (0, (1, 3)))  # of lines with these marks

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-import cablestudy.study.plots.style as style
+import cablestudy.plots.style as style
 from cablestudy.errors import ConvergenceError, NoSolutionError, NothingToDrawError
-from cablestudy.study.plots.words import quantity_text, shortened
+from cablestudy.plots.words import quantity_text, shortened
 from cablestudy.study.ssm_tables import near_poles
 from cablestudy.study.suspension.wind_columns import DISPLACEMENTS, TURNS
 from cablestudy.wind.spectrum import admittance, speed_spectrum

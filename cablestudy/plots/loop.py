@@ -5,9 +5,10 @@ from itertools import cycle
 import numpy as np
 from matplotlib.ticker import MultipleLocator
 
-import cablestudy.study.plots.style as style
+import cablestudy.plots.style as style
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import ConvergenceError, NoSolutionError, NothingToDrawError
+from cablestudy.plots.words import axis_label, with_minus
 from cablestudy.study.loop_in_time import MILLI
 from cablestudy.study.loop_report import (
     curves,
@@ -17,7 +18,6 @@ from cablestudy.study.loop_report import (
     singular_values,
     unwrapped_phase,
 )
-from cablestudy.study.plots.words import axis_label, with_minus
 
 SPAN_BELOW, SPAN_ABOVE = 0.02, 3.0  # ends of the default range over the lowest and highest frequency marked
 CURVE_POINTS = 1500  # of a curve, without those near resonances
