@@ -260,7 +260,6 @@ def test_mean_displacements_of_light_bodies_on_slack_cables_are_within_their_sta
 def test_slow_motion_in_a_storm_is_within_its_stated_errors(seed, monkeypatch):
     """Cables and body turn, and with them the drag of the storm: a dead load would be up to 30 % wrong."""
     data = scene_data(seed, storm=True)
-    data["cases"]["day"]["forces"]["box"]["moment"] = [0.0] * 3  # its stiffness is taken as symmetric
     data["cable"]["damping"] = {"time": 1e-3, "viscous": 1.0}
     data["wind"] = {"speed": 5.0, "turbulence_rms": 0.5, "length_scale": 1e9, "on": "bodies", "admittance": "none"}
     monkeypatch.setattr(gusts, "speed_spectrum", slow_spectrum)

@@ -347,18 +347,26 @@ class Plant:
         """Aerodynamic damping of coordinates by the drag on bodies, see `damping_of_bodies`; 0 without."""
         return self.airflow.damping_of_bodies(self.layout, shapes) if self.airflow else 0.0
 
-    def holding_loads(self, shapes):
-        """Forces on all n coordinates that hold motions against the mean drag, which turns with them, shape (n, m + i).
+    @cached_property
+    def load_stiffness_of_bodies(self):
+        """Stiffness of the free displacements by dead moments and by the mean drag on bodies, shape (d, d)."""
+        by_moments = dense(self.layout.moment_stiffness)
+        if self.airflow is None:
+            return by_moments
+        return by_moments + self.airflow.stiffness_of_bodies(self.layout, np.eye(len(self.layout.free)))
 
-        Of m shapes, (n, m), then of lengths that i winches reel in; zero where drag does not turn.
+    def holding_loads(self, shapes):
+        """Forces on all n coordinates that hold motions against the loads, shape (n, m + i).
+
+        Against dead moments, and the mean drag, which turns with the motion. Of m shapes, (n, m), then of lengths that
+        i winches reel in.
         """
         count, winches, first = shapes.shape[1], len(self.winches), 0
         forces, moved = np.zeros((len(shapes), count + winches)), self.layout.bodies(shapes)
+        on_bodies = self.layout.bodies(forces)  # a view
+        on_bodies[:, :count] += self.load_stiffness_of_bodies @ moved
         if self.airflow is None:
             return forces
-        on_bodies = self.layout.bodies(forces)  # a view
-        of_bodies = np.zeros((len(moved),) * 2) + self.airflow.stiffness_of_bodies(self.layout, np.eye(len(moved)))
-        on_bodies[:, :count] += of_bodies @ moved
         reeled = self.winched_ends.movements.reshape(len(self.end_movements), 6, winches)
         for cable, ends, of_winches in zip(self._parts_of_system.kept, self.end_movements, reeled, strict=True):
             modes, first = slice(first, first + len(cable.element.omega)), first + len(cable.element.omega)
@@ -380,8 +388,7 @@ class Plant:
         layout = self.layout
         stiffness, mass = (dense(matrix) for matrix in layout.body_matrices)
         damping = np.zeros_like(mass) + self.air_on_bodies(np.eye(len(mass))) + dense(layout.damping)
-        if self.airflow is not None:
-            stiffness = stiffness + self.airflow.stiffness_of_bodies(layout, np.eye(len(mass)))
+        stiffness = stiffness + self.load_stiffness_of_bodies
         *matrices, feedback = actuated(layout, np.eye(len(mass)), mass, damping, stiffness, self.actuators)
         return LinearSystem(*matrices, feedback=feedback)
 

@@ -121,6 +121,16 @@ class Layout:
         of_bodies = blocks[..., blocks.shape[-3] - self.mass.shape[-3] :, :, :]  # the last ones
         return (of_bodies + np.swapaxes(of_bodies, -1, -2)) / 2
 
+    @cached_property
+    def moment_stiffness(self):
+        """Stiffness of the free displacements by dead moments M on the bodies, shape (..., d, d); not symmetric.
+
+        -[M x] / 2 of rotations: what `geometric_stiffness` leaves out, since all other forces balance M.
+        """
+        matrices = np.zeros((*self.shape, len(self.equilibrium.suspension.body_names), 6, 6))
+        matrices[..., 3:, 3:] = -cross_matrix(self.equilibrium.suspension.moment) / 2
+        return self.of_bodies(matrices)
+
     def of_bodies(self, matrices):
         """Matrix of the free displacements, shape (..., d, d), from one of each body, shape (..., b, 6, 6)."""
         bodies, suspension = np.arange(matrices.shape[-3]), self.equilibrium.suspension
