@@ -1,7 +1,7 @@
 """Change of cables in a steady wind due to the drag where they hang, in place of the drag that is uniform along each.
 
-Statics, and motion of suspensions, have it (`catenary_in_drag`); of modes and of the motion of one cable, which take
-the drag as uniform, it is an error: `DragErrors`.
+Statics, and modes and motion of suspensions, have it (`catenary_in_drag`); of modes and of the motion of one cable,
+which take the drag as uniform, it is an error.
 
 The tension vector at a point is N = N_0 + c - integral of d, with N_0 under the uniform drag, d(s) the drag where the
 cable hangs less the uniform one, and c the constant vector for which the ends stay where they are, or go where they
@@ -261,91 +261,12 @@ def _running_integral():
     return (upper - lower) / (2 * (order + 1)) @ np.linalg.inv(powers)
 
 
-@dataclass(frozen=True)
-class DragErrors:
-    """Errors of n equilibria in which the drag of a steady wind is taken as uniform along each cable; global axes."""
-
-    error: np.ndarray  # (n,): relative, of tension and form [-]
-    displacement: np.ndarray  # (n, j, 3): movement of points along each cable by the actual drag [m]
-    points: np.ndarray  # (n, j): these points, shares of the unstretched length [-]
-    ends: np.ndarray  # (n, 2, 3): movement of the two ends of each cable, zero where they are held [m]
-    tensions: np.ndarray  # (n, j, 3): tension vectors at the points under the actual drag [N]
-    weights: np.ndarray  # (n, j, 1): of the points in an integral along each cable; they add up to 1 [-]
-
-    def form_error(self, catenary):
-        """Largest movement of a point over the distance of mid-length from the chord, shape (n,). [-]
-
-        Modes depend on the form everywhere, and drag that grows from one end to the other does not move mid-length.
-        `catenary` are the equilibria under the uniform drag.
-        """
-        span = catenary.span
-        offset = np.asarray(span.unstretched_length) * size(catenary.at(np.array([0.5]))[0])[..., 0]
-        largest = size(self.from_chord).max(axis=-1)
-        of_offset = np.divide(largest, offset, out=np.where(largest > 0, np.inf, 0.0), where=offset > 0)
-        return bounded_errors(CABLE.second_order * of_offset)
-
-    def stiffness_change(self, catenary):
-        """Change of the static stiffness of end 2, end 1 held, by the actual drag, shape (..., 3, 3). [N/m]
-
-        Global axes. The drag counts as a dead load: the flexibility of a cable is the integral of I/EA + (I - t t^T)/T.
-        `catenary` are the equilibria under the uniform drag.
-        """
-        before = catenary.span.in_frame(catenary.tension_at(self.points), "global")
-        actual, uniform = (
-            _end_stiffness(tensions, self.weights, *stiffness_and_length(catenary.span))
-            for tensions in (self.tensions, before)
-        )
-        return actual - uniform
-
-    @property
-    def from_chord(self):
-        """Movement of the points against those of the moved chord, at the same shares of the length; (n, j, 3). [m]"""
-        from_end, to_end = self.ends[..., :1, :], self.ends[..., 1:, :]
-        return self.displacement - (from_end + self.points[..., None] * (to_end - from_end))
-
-
-def uneven_drag_errors(cables, held, ends, moved):
-    """Errors of n equilibria in which the drag of a steady wind is taken as uniform along each cable.
-
-    Parameters
-    ----------
-    cables : CablesInDrag
-    held : ChangesByDrag
-        Their changes with both ends held.
-    ends : ndarray, shape (n, 2, 3)
-        Movements of their ends by the actual drag, global axes. [m]
-    moved : ChangesByDrag
-        Their changes with these movements.
-
-    Returns
-    -------
-    DragErrors
-        `error` is the larger of two ratios with the ends held, times a safety factor (`CABLE.second_order`): change of
-        the tension vector to tension, and movement at mid-length to its distance from the chord. What the movement of
-        the ends changes of the tension is added to it.
-    """
-    relative = np.where(cables.drag.normal_drag > 0, bounded_errors(held.relative), 0.0)
-    relative = relative + _tension_change(cables, moved, held)
-    relative = np.where(moved.unsettled <= CABLE.known_drag, relative, CABLE.unknown_error)
-    return DragErrors(
-        error=bounded_errors(CABLE.second_order * relative),
-        displacement=moved.displacement,
-        points=cables.pieces.points,
-        ends=ends,
-        tensions=moved.tensions,
-        weights=cables.pieces.weights,
-    )
-
-
 @np.errstate(over="ignore", invalid="ignore")  # of a soft cable that the drag stretches without end
-def settled_changes(cables, ends=None, start=None, settled=CABLE.settled_drag):
-    """`ChangesByDrag` of `CablesInDrag`, in more turns where few do not settle them; parameters are those of `changes`.
-
-    `settled` is the `unsettled` that is left at most where these turns suffice.
-    """
+def settled_changes(cables, ends=None, start=None):
+    """`ChangesByDrag` of `CablesInDrag`, in more turns where few do not settle them; see `changes`."""
     changes = cables.changes(ends, start)
     for steps, share in CABLE.further_drag_steps:
-        unsettled = np.flatnonzero(changes.unsettled > settled)
+        unsettled = np.flatnonzero(changes.unsettled > CABLE.settled_form)
         if not len(unsettled):
             break
         of_these, their_ends = take_rows(cables, unsettled), None if ends is None else ends[unsettled]
@@ -353,16 +274,6 @@ def settled_changes(cables, ends=None, start=None, settled=CABLE.settled_drag):
         better = np.flatnonzero(more.unsettled < changes.unsettled[unsettled])
         assign_rows(changes, unsettled[better], take_rows(more, better))
     return changes
-
-
-def _tension_change(cables, moved, held):
-    """Largest change of the tension along n cables from `ChangesByDrag` `held` to `moved`, over the tension, (n,)."""
-    force = np.concatenate([cables.at_points, cables.at_ends], axis=1)
-    one, other = (
-        size(np.concatenate([changes.tensions, cables.at_ends + changes.end_tensions], axis=1))
-        for changes in (moved, held)
-    )
-    return (np.abs(one - other) / np.maximum(size(force), np.finfo(float).tiny)).max(axis=-1)
 
 
 def errors_of_modes(error, of_form, of_stiffness):

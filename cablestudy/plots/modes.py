@@ -180,7 +180,7 @@ def _drawing_of_coupled_mode(case, modes, drawing, plane, number):
 
     `plane` is the side view of the vertical plane in which all cables end; None draws in perspective.
     """
-    equilibrium = case.equilibrium
+    equilibrium = case.rest
     suspension = equilibrium.suspension
     motion = np.zeros(6 * len(suspension.body_names))
     motion[modes.layout.free] = modes.layout.bodies(modes.shapes[:, number])

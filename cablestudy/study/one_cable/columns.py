@@ -158,7 +158,7 @@ class OneCableGroup(Group):
         self.cable_indices, self.body_indices = {CABLE: 0}, {GONDOLA: 0}
         rounding = np.array([max(STUDY.rounding, case.statics_error)])
         states = self.reference, self.reference
-        self.errors = EquilibriumErrors(*states, None, None, rounding)
+        self.errors = EquilibriumErrors(*states, None, rounding)
 
     @property
     def in_mean_wind(self):

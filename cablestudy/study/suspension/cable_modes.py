@@ -23,12 +23,12 @@ class CableModes(Results):
     Parameters
     ----------
     scene : SuspensionScene
-    catenary : Catenary
+    form : Catenary or CatenaryInDrag
         All c cables in equilibrium, shape (c,).
     drag : SteadyDrag or None
         Drag of a steady wind on them, which fixed elements follow, see `FixedModel`.
     mode_error : float
-        Relative error of all frequencies due to drag that is taken as uniform along each cable. [-]
+        Relative error of all frequencies by what the equilibrium leaves out. [-]
     finer : callable
         Function without arguments -> `CableModes` of the suspension with a finer model.
 
@@ -38,13 +38,13 @@ class CableModes(Results):
         Name of each cable -> `CableAtRest`.
     """
 
-    def __init__(self, scene, catenary, drag, mode_error, finer):
-        count = len(catenary.span.chord)
+    def __init__(self, scene, form, drag, mode_error, finer):
+        count = len(form.span.chord)
         super().__init__(SceneValues([SingleCable(scene, name) for name in scene.cables]))
-        self.catenary, self.finer, self._exact = catenary, finer, scene.model.elements is not None
+        self.catenary, self.form, self.finer = form, form, finer
         self.mode_error = np.full(count, mode_error)
         drag = SteadyDrag(np.zeros(count), np.zeros((count, 3))) if drag is None else drag
-        self.loaded = LoadedCables(catenary.span, drag, None, None, None, {})
+        self.loaded = LoadedCables(form.span, drag, None, None, None, {})
         self.cases = {name: CableAtRest(self, index, name) for index, name in enumerate(scene.cables)}
 
     @property
@@ -60,7 +60,7 @@ class CableModes(Results):
     @property
     def _uneven(self):
         """True for cables along which the drag changes, shape (c,); see `Results`."""
-        return (self.drag.normal_drag > 0) & self._exact
+        return self.drag.normal_drag > 0
 
     def frequency(self, name, column):
         """Frequency of one mode of a cable between fixed ends [Hz], and its estimated relative error [-].

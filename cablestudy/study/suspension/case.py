@@ -102,7 +102,7 @@ class SuspensionCase(SuspensionAtRest, ComparedCase):
         """Modes of single cables with both ends held where they are in the equilibrium: `CableModes`; as `group`."""
         from cablestudy.study.suspension.cable_modes import CableModes
 
-        about = self.equilibrium.catenary, self.group.steady_drag(self.index), self.group.errors.modes[self.index]
+        about = self.form, self.group.steady_drag(self.index), self.group.mode_errors[self.index]
         return CableModes(self.scene, *about, finer=lambda: self.finer.cable_modes)
 
     def frequency(self, number):
@@ -119,7 +119,7 @@ class SuspensionCase(SuspensionAtRest, ComparedCase):
 
     def mode_errors(self, modes):
         """Estimated relative errors of the frequencies of `CoupledModes`, with that by the drag, shape (k,). [-]"""
-        return modes.error + self.group.errors.modes[self.index]
+        return modes.error + self.group.mode_errors[self.index]
 
     def error_of(self, column, number, error=None):
         """Estimated relative error of a number in a column; NaN where it is not known. [-]
@@ -287,7 +287,7 @@ class SuspensionCase(SuspensionAtRest, ComparedCase):
 
             def with_accuracy(factor):
                 options = {"accuracy": factor * model.accuracy, "damping": damping}
-                return search(partial(coupled_modes, self.equilibrium, **options))
+                return search(partial(coupled_modes, self.rest, **options))
 
             self._modes_of_bodies[name, axis] = RefinedMode(
                 first=lambda: search(self.modes),

@@ -1,9 +1,8 @@
 """Change of suspensions in a steady wind due to drag that varies along each cable, in place of uniform drag.
 
-Statics and motion count it in (`equilibrium_in_drag`); modes take the drag as uniform and state it: `DragChange`. The
-actual drag changes the forces of each cable on its ends (`CablesInDrag`), and these move the bodies, until
-all is in equilibrium again: a light body may move far by a small change of the forces, or turn, and a cable that swings
-takes another drag.
+The actual drag changes the forces of each cable on its ends (`CablesInDrag`), and these move the bodies, until all is
+in equilibrium again: a light body may move far by a small change of the forces, or turn, and a cable that swings takes
+another drag.
 """
 
 from dataclasses import dataclass, replace
@@ -18,11 +17,9 @@ from cablestudy.cable.tolerances import CABLE
 from cablestudy.cable.uneven_drag import (
     CablesInDrag,
     Pieces,
-    bounded_errors,
     largest_ratio,
     settled_changes,
     stiffness_of,
-    uneven_drag_errors,
 )
 from cablestudy.cable.vectors import size
 from cablestudy.statics import tangent
@@ -91,9 +88,9 @@ def equilibrium_in_drag(equilibrium, drag, parts):
         flat, of_rows = np.divmod(_of_cables(rows, count), count), equilibrium.take(rows)
         catenary = equilibrium.catenary.take(flat)
         cables = CablesInDrag.of(steady.take(flat), catenary, drag.stretched, Pieces.of(catenary, parts))
-        held = settled_changes(cables, settled=CABLE.settled_form)
+        held = settled_changes(cables)
         least = (tangent.motion_units(of_rows.suspension) * of_rows.uncertainty.pose).max(axis=(-2, -1), initial=0.0)
-        of_bodies, changes, found = _search(of_rows, drag.take(rows), cables, held, CABLE.settled_form, least)
+        of_bodies, changes, found = _search(of_rows, drag.take(rows), cables, held, least)
         movement[rows[found]] = of_bodies[found]
         moving[rows] = np.where(found[:, None], changes.unsettled.reshape(-1, count), CABLE.unknown_error)
     moved, steady = _moved_equilibrium(equilibrium, drag, steady, movement)
@@ -134,65 +131,6 @@ def _moves(suspension):
     return np.append(suspension.free.any(axis=-1), False)[owner].any(axis=-1)  # the last one is the ground, -1
 
 
-@dataclass(frozen=True)
-class DragChange:
-    """Estimated errors of an equilibrium due to drag that is taken as uniform along each cable.
-
-    Attributes
-    ----------
-    error : ndarray, shape (n,)
-        Largest relative error of the tension or form of any cable. [-]
-    displacement : ndarray, shape (n, b, 6)
-        Changes of the positions of bodies and points along x, y, z [m], and of their attitudes about these axes [rad].
-    form_error : ndarray, shape (n,)
-        Largest `DragErrors.form_error` of any cable. [-]
-    stiffness_error : ndarray, shape (n,)
-        Largest relative change of the energy of a static displacement, by the tangent stiffness. [-]
-    """
-
-    error: np.ndarray
-    displacement: np.ndarray
-    form_error: np.ndarray
-    stiffness_error: np.ndarray
-
-
-def drag_change(equilibrium, drag):
-    """Estimate the errors of n equilibria in which drag is taken as uniform along each cable: `DragChange`.
-
-    Parameters
-    ----------
-    equilibrium : Equilibrium
-        Of the n cases, in the wind.
-    drag : Drag or None
-        The wind, and drag areas of cables and bodies; without it all errors are 0.
-    """
-    cases, cables = equilibrium.lengths.shape
-    displacement = np.zeros((*equilibrium.position.shape[:2], 6))
-    error, form_error, stiffness_error = np.zeros((3, cases))
-    has_wind = np.zeros((cases, cables), dtype=bool)
-    if drag is not None:
-        drag_of_cables = drag_on_cables(drag, equilibrium)
-        has_wind = (drag_of_cables.normal_drag > 0) & equilibrium.record.converged[:, None]
-    if not has_wind.any():
-        return DragChange(error, displacement, form_error, stiffness_error)
-    rows = np.flatnonzero(has_wind.any(axis=1))  # m cases with wind on a cable
-    of_rows = np.repeat(rows, cables), np.tile(np.arange(cables), len(rows))  # all m c cables of these, in one axis
-    in_wind, drag, catenary = equilibrium.take(rows), drag.take(rows), equilibrium.catenary.take(of_rows)
-    all_cables = CablesInDrag.of(drag_of_cables.take(of_rows), catenary, drag.stretched)
-    held = settled_changes(all_cables)
-    movement, moved, found = _search(in_wind, drag, all_cables, held)
-    state = _moved_state(in_wind, drag, all_cables, movement, moved)
-    unknown = np.where(found, 0.0, CABLE.unknown_error)[:, None]
-    of_cables = uneven_drag_errors(all_cables, held, state.ends[:, :cables].reshape(-1, 2, 3), moved)
-    of_cables = _unknown_where_ends_move(of_cables, in_wind.suspension, unknown)
-    error[rows] = of_cables.error.reshape(len(rows), cables).max(axis=-1)
-    displacement[rows] = movement + unknown[..., None] * in_wind.suspension.free
-    form_error[rows] = of_cables.form_error(catenary).reshape(len(rows), cables).max(axis=-1)
-    change_of_stiffness = of_cables.stiffness_change(catenary).reshape(len(rows), cables, 3, 3)
-    stiffness_error[rows] = CABLE.second_order * stiffness_change(in_wind, state.blocks, change_of_stiffness)
-    return DragChange(error, displacement, form_error, bounded_errors(stiffness_error))
-
-
 def change_by_fewer_parts(equilibrium):
     """Changes of equilibria in drag that varies along each cable, if it varies on half as many parts of the cables.
 
@@ -223,17 +161,6 @@ def change_by_fewer_parts(equilibrium):
     by_forces = tangent.free_values(suspension, net)[..., None]
     movement[:, suspension.free] = tangent.displacements(equilibrium.blocks, suspension, by_forces)[..., 0]
     return relative, movement
-
-
-def _unknown_where_ends_move(errors, suspension, unknown):
-    """`DragErrors` of the c cables of n cases, unknown with the poses of the bodies that hold them.
-
-    `unknown`, shape (n, 1), is the error of cases without a pose, zero of the others.
-    """
-    of_cables = (unknown * _moves(suspension)).ravel()
-    ends = np.array(errors.ends)
-    ends[:, 1] += of_cables[:, None]
-    return replace(errors, error=bounded_errors(errors.error + of_cables), ends=ends)
 
 
 @dataclass(frozen=True)
@@ -295,7 +222,7 @@ def _with_wind_on_moved_bodies(equilibrium, drag, movement, rotation):
     return replace(suspension, **loads)
 
 
-def _search(equilibrium, drag, cables, held, settled=CABLE.settled_drag, least=None):
+def _search(equilibrium, drag, cables, held, least):
     """Find how far the actual drag moves the bodies of n cases, and the form of their cables.
 
     Each movement follows from the net forces by the tangent stiffness, to which the drag is a dead load. Since the drag
@@ -307,9 +234,7 @@ def _search(equilibrium, drag, cables, held, settled=CABLE.settled_drag, least=N
         As of `_moved_state`.
     held : ChangesByDrag
         Of the cables, their ends held.
-    settled : float
-        Share of the movement that the last step has at most. [-]
-    least : ndarray, shape (n,), optional
+    least : ndarray, shape (n,)
         Steps that end the search however small the movement is. [m]
 
     Returns
@@ -326,12 +251,11 @@ def _search(equilibrium, drag, cables, held, settled=CABLE.settled_drag, least=N
         return movement, held, np.ones(len(cases), dtype=bool)
     all_movements, all_changes, found = movement.copy(), copy_record(held), np.zeros(len(cases), dtype=bool)
     units, count = tangent.motion_units(suspension), equilibrium.lengths.shape[1]
-    least = CABLE.settled_drag * CABLE.no_drag * equilibrium.longest if least is None else least
     for step in range(STUDY.drag_movements):
         state = _moved_state(equilibrium, drag, cables, movement, changes)
         further, longest = units * _movement(equilibrium.suspension, state), equilibrium.longest
         of_step, of_all = (np.abs(moved).max(axis=(-2, -1)) for moved in (further, units * movement))
-        ended = state.balanced & (of_step <= np.maximum(settled * of_all, least))
+        ended = state.balanced & (of_step <= np.maximum(CABLE.settled_form * of_all, least))
         here, left = np.flatnonzero(ended), np.flatnonzero(~ended & np.isfinite(of_step))
         found[cases[here]], all_movements[cases[here]] = True, movement[here]
         assign_rows(all_changes, _of_cables(cases[here], count), take_rows(changes, _of_cables(here, count)))
@@ -352,7 +276,7 @@ def _search(equilibrium, drag, cables, held, settled=CABLE.settled_drag, least=N
             following = next_argument(flat[:, 0], flat[:, 1]).reshape(now.shape)
         movement = (now + _limited(following - now, most)) / units
         ends, _ = _ends_moved(equilibrium, movement)
-        changes = settled_changes(cables, ends[:, :count].reshape(-1, 2, 3), changes, settled)
+        changes = settled_changes(cables, ends[:, :count].reshape(-1, 2, 3), changes)
     return all_movements, all_changes, found
 
 

@@ -1,11 +1,9 @@
-"""Estimated errors of the equilibria of suspensions: by rounding, and by drag and conductors taken as uniform."""
+"""Estimated errors of the equilibria of suspensions: by rounding, and by conductors taken as uniform."""
 
 from functools import cached_property
 
 import numpy as np
 
-from cablestudy.cable.uneven_drag import errors_of_modes
-from cablestudy.study.suspension.drag_change import drag_change
 from cablestudy.study.tolerances import STUDY
 
 
@@ -16,27 +14,14 @@ class EquilibriumErrors:
     ----------
     reference, equilibrium : Equilibrium
         In the reference state, from which the unstretched lengths follow, and in the load cases; shape (n,).
-    drag : Drag or None
-        Steady wind of the load cases.
     conductors : SuspendedConductors or None
     rounding : ndarray, shape (n,), optional
         Errors due to rounding, of equilibria whose positions and attitudes have none; computed by default.
     """
 
-    def __init__(self, reference, equilibrium, drag, conductors, rounding=None):
-        self._reference, self._equilibrium, self._drag = reference, equilibrium, drag
+    def __init__(self, reference, equilibrium, conductors, rounding=None):
+        self._reference, self._equilibrium = reference, equilibrium
         self._conductors, self._rounding = conductors, rounding
-
-    @cached_property
-    def drag_change(self):
-        """`drag_change` of the steady wind of the load cases."""
-        return drag_change(self._equilibrium, self._drag)
-
-    @cached_property
-    def modes(self):
-        """Errors of all frequencies due to drag and conductors, shape (n,). [-]"""
-        change = self.drag_change
-        return errors_of_modes(change.error, change.form_error, change.stiffness_error) + self.conductor
 
     @cached_property
     def statics(self):

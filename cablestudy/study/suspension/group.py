@@ -188,12 +188,7 @@ class Group:
         lost = scenes[0].load_case.lost
         self._without_lost = f"without {', '.join(lost)}: " if lost else ""  # begins messages
         self._loaded = self._loaded_state()
-        self.errors = EquilibriumErrors(
-            self.reference,
-            self.equilibrium,
-            drag=self._loaded and self._loaded.drag,
-            conductors=self._conductors,
-        )
+        self.errors = EquilibriumErrors(self.reference, self.equilibrium, self._conductors)
         self.cable_indices = {name: index for index, name in enumerate(self._scenes[0].cables)}
         self.body_indices = {name: index for index, name in enumerate(self.reference.suspension.body_names)}
 
@@ -240,10 +235,7 @@ class Group:
 
     @cached_property
     def rest(self):
-        """`Equilibrium` of all cases where they rest: in a steady wind, with drag that varies along each cable.
-
-        Their undamped modes to an accuracy are about `equilibrium`, in which drag is uniform along each cable.
-        """
+        """`Equilibrium` of all cases where they rest: in a steady wind, with drag that varies along each cable."""
         return self._rest_of(self._loaded) if self.in_steady_wind else self.equilibrium
 
     def _rest_of(self, loaded):
@@ -418,17 +410,18 @@ class Group:
     def _change_by_fewer_parts(self):
         """`change_by_fewer_parts` of `in_motion`; None without wind on cables.
 
-        What its search left counts too, of movements as a share of the largest one by the wind; it is
-        `CABLE.unknown_error` where no equilibrium was found.
+        `least_errors` of the cables count too, of movements what the search left, as a share of the largest one by the
+        wind; it is `CABLE.unknown_error` where no equilibrium was found.
         """
         if self._drag_in_motion is None:
             return None
         relative, movement = change_by_fewer_parts(self.in_motion)
-        unsettled = self.in_motion.catenary.unsettled.max(axis=-1, initial=0.0)
+        form = self.in_motion.catenary
+        least, unsettled = (error.max(axis=-1, initial=0.0) for error in (form.least_errors, form.unsettled))
         now, before = self.in_motion, self.without_wind
         by_wind = [np.abs(now.position - before.position), np.abs(now.rotation - before.rotation).max(axis=-1)]
         largest = np.repeat([part.max(axis=(-2, -1), initial=0.0) for part in by_wind], 3, axis=0).T
-        return relative + unsettled, np.abs(movement) + (unsettled[:, None] * largest)[:, None]
+        return relative + least, np.abs(movement) + (unsettled[:, None] * largest)[:, None]
 
     @cached_property
     def motion_errors(self):
@@ -439,6 +432,11 @@ class Group:
         """
         by_conductors, changes = self.errors.conductor, self._change_by_fewer_parts
         return by_conductors if changes is None else bounded_errors(changes[0]) + by_conductors
+
+    @property
+    def mode_errors(self):
+        """Relative errors of all frequencies by drag, as `motion_errors`, and by conductors, shape (n,). [-]"""
+        return self.motion_errors if self.in_steady_wind else self.errors.conductor
 
     def displacement_uncertainty(self, index, body):
         """Errors of the displacement of a body by the mean wind [m], [rad], by drag and by rounding, shape (6,)."""
@@ -499,7 +497,7 @@ class Group:
 
         accuracy = self._scenes[indices[0]].model.accuracy or 1.0
         damping = [cable.damping for index in indices for cable in self._scenes[index].cables.values()]
-        found = coupled_modes_of_cases(self.equilibrium.take(np.array(indices)), count, accuracy, damping)
+        found = coupled_modes_of_cases(self.rest.take(np.array(indices)), count, accuracy, damping)
         for index, modes in zip(indices, found, strict=True):
             self._modes[index, count] = modes
 

@@ -205,11 +205,11 @@ def _mode_along(name, axis):
     axis_index = AXES.index(axis)
 
     def with_drag(case, number_and_error, mixed=True):
-        """A number, and its relative error increased by that by uneven drag (`Group.mode_error`).
+        """A number, and its relative error increased by that by drag (`Group.mode_errors`).
 
         `mixed` numbers are those of the shape of the mode, which that drag mixes with others.
         """
-        (number, error), by_drag = number_and_error, case.group.errors.modes[case.index]
+        (number, error), by_drag = number_and_error, case.group.mode_errors[case.index]
         if mixed and by_drag:
             by_drag += case.mode_along(name, axis_index).error_by_mixing(by_drag)
         return number, error + by_drag

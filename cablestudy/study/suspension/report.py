@@ -333,7 +333,7 @@ def mode_errors(case, modes, count):
         NaN where they are not known; 0 where both x and x_f are zero, as for a mode without damping. [-]
     """
     if not case.fixed:
-        by_drag = case.group.errors.modes[case.index]
+        by_drag = case.group.mode_errors[case.index]
         return case.mode_errors(modes)[:count], modes.damping_error[:count] + by_drag
     errors = np.full((2, count), np.nan)
     try:
