@@ -67,18 +67,23 @@ def blown(on):
 @cache
 def dense(law, on=None):
     """M, C, K, complex, of all free displacements of the bars, of which the last nine are of gondola and knot."""
-    state = case_of(scene(law, {"elements": BARS})).equilibrium
-    wind = {"speed": SPEED, "direction": WIND["direction"], "turbulence": (1.4,) * 3, "length_scale": 30.0,
-            "coherence_decay": 10.0, "density": 1.2}  # fmt: skip
-    offered = blown(on) if on else (None, None)
-    bars = BarsInWind(state, BARS, wind, *offered, damping=LAWS[law])
+    bars = bars_of(case_of(scene(law, {"elements": BARS})).equilibrium, law, on)
     return bars.M, bars.C, bars.K
 
 
-def truth(matrices, place):
-    """Frequency [Hz] and share of the mode of a displacement, and the damping ratio of its pole."""
+def bars_of(state, law, on, **options):
+    """The `BarsInWind` of an equilibrium."""
+    wind = {"speed": SPEED, "direction": WIND["direction"], "turbulence": (1.4,) * 3, "length_scale": 30.0,
+            "coherence_decay": 10.0, "density": 1.2}  # fmt: skip
+    offered = blown(on) if on else (None, None)
+    return BarsInWind(state, BARS, wind, *offered, damping=LAWS[law], **options)
+
+
+def truth(matrices, place, dead=None):
+    """Frequency [Hz] and share of the mode of a displacement, by the stiffness `dead`; damping ratio of its pole."""
     mass, damping, stiffness = matrices
-    square, shapes = scipy.linalg.eigh(stiffness.real, mass)
+    dead = stiffness.real if dead is None else dead
+    square, shapes = scipy.linalg.eigh(dead, mass)
     share = shapes[place] ** 2 / square
     mode = int(np.argmax(share))
     poles, vectors = np.linalg.eig(state_matrix(mass, damping, stiffness))
@@ -87,7 +92,7 @@ def truth(matrices, place):
     parts = np.abs(shapes.T @ mass @ vectors) * np.sqrt(square)[:, None]
     own = int(np.argmax(parts[mode] / np.linalg.norm(parts, axis=0)))
     ratio = -poles[own].real / abs(poles[own])
-    return np.sqrt(square[mode]) / (2 * np.pi), share[mode] / np.linalg.inv(stiffness.real)[place, place], ratio
+    return np.sqrt(square[mode]) / (2 * np.pi), share[mode] / np.linalg.inv(dead)[place, place], ratio
 
 
 def motions():
@@ -96,10 +101,10 @@ def motions():
     return found | {f"knot.{{}}_{axis}": number - 3 for number, axis in enumerate(AXES[:3])}
 
 
-def check(matrices, text, within=1e-7):
+def check(matrices, text, within=1e-7, dead=None):
     quantities, expected = ("frequency", "share", "damping_ratio"), {}
     for name, place in motions().items():
-        expected |= dict(zip(map(name.format, quantities), truth(matrices, place), strict=True))
+        expected |= dict(zip(map(name.format, quantities), truth(matrices, place, dead), strict=True))
     found = solve(text, *expected).values
     for name, number in expected.items():
         assert found[name] == pytest.approx(number, rel=within), name
@@ -118,6 +123,18 @@ def test_in_the_air_about_the_equilibrium_without_the_mean_wind(law, on, within)
     check(dense(law, on), text, within)
     still = solve(text | {"wind": text["wind"] | {"aerodynamic_damping": False}}, "gondola.damping_ratio_x").values
     assert still == solve(scene(law, {"elements": BARS}), "gondola.damping_ratio_x").values
+
+
+@pytest.mark.parametrize(("law", "on"), [("modal", "bodies"), ("kelvin_voigt", "both"), ("hysteretic", "cables")])
+def test_in_the_steady_wind_of_a_load_case_drag_turns_with_what_moves_and_a_dead_moment_does_not(law, on):
+    text = scene(law, {"elements": BARS}, on=on)
+    day = {"speed": SPEED, "direction": WIND["direction"]}
+    if on != "both":
+        day["on"] = ["gondola"] if on == "bodies" else list(text["cables"])
+    day = {"wind": day, "forces": {"gondola": {"moment": [0.0, 30.0, 20.0]}}}
+    text |= {"cases": {"storm": day}, "case": "storm"}
+    bars = bars_of(case_of(text).rest, law, on, mean=True)
+    check((bars.M, bars.C, bars.K), text, 1e-5, bars.dead)
 
 
 @pytest.mark.crossed

@@ -1,9 +1,11 @@
 """The wind on a suspension as its linear model needs it: aerodynamic damping, and the forces of gusts."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
+from cablestudy.cable.matrices import dense
 from cablestudy.wind.coherence import davenport
 from cablestudy.wind.gusts import damping_of_bodies, gusts, stiffness_of_bodies
 from cablestudy.wind.mean import Drag
@@ -68,6 +70,12 @@ def drag_areas_of_bodies(scene, body_names):
     return areas, centers
 
 
+def load_stiffness_of_bodies(layout, airflow):
+    """Stiffness of the d free displacements by dead moments and, in an airflow, the drag on bodies, shape (d, d)."""
+    by_moments = dense(layout.moment_stiffness)
+    return by_moments if airflow is None else by_moments + airflow.stiffness_of_bodies(layout, np.eye(len(by_moments)))
+
+
 class Airflow:
     """The wind on the bodies and cables of one case.
 
@@ -115,6 +123,13 @@ class Airflow:
         for group in strips(models, kept, equilibrium, self.drag) if self.damps else []:
             yield from zip(group.cables.tolist(), group.damping, strict=True)
 
+    def stiffness_of_cables(self, models, kept, equilibrium):
+        """Yield index and load stiffness of each of the cables whose mean drag turns; see `damping_of_cables`."""
+        for group in strips(models, kept, equilibrium, self.mean_drag) if self.damps and self.mean_drag else []:
+            for cable, stiffness in zip(group.cables.tolist(), group.stiffness, strict=True):
+                if models.meshes[cable] is not None:  # no wind acts at rest on cables without mass
+                    yield cable, stiffness
+
     def damped(self, models, kept, equilibrium):
         """Superelements of the cables of some `Models` with aerodynamic damping and stiffness: list of ReducedCable."""
         if not self.damps:
@@ -144,13 +159,16 @@ class Airflow:
         return stiffness_of_bodies(self.mean_drag, layout, shapes) if self.damps and self.mean_drag else 0.0
 
     def damped_system(self, modes):
-        """The `LinearSystem` of some `CoupledModes` with the aerodynamic damping of cables and bodies."""
-        if not self.damps:
-            return modes.system
-        layout = modes.layout
-        kept = self.damped(modes.models, modes.kept, layout.equilibrium)
-        system = layout.system([cable.element for cable in kept])
-        return system.with_damped_bodies(self.damping_of_bodies(layout, np.eye(system.bodies)))
+        """The `LinearSystem` of some `CoupledModes` with aerodynamic damping, and its `Layout.holding_loads`.
+
+        The latter is a function of shapes.
+        """
+        layout, system = modes.layout, modes.system
+        elements = [cable.element for cable in self.damped(modes.models, modes.kept, layout.equilibrium)]
+        if self.damps:
+            system = layout.system(elements)
+            system = system.with_damped_bodies(self.damping_of_bodies(layout, np.eye(system.bodies)))
+        return system, partial(layout.holding_loads, elements, load_stiffness_of_bodies(layout, self))
 
     def gusts(self, modes, layout, shapes):
         """`Gusts` on the coordinates.

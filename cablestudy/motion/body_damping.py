@@ -118,12 +118,12 @@ def _ratios_of_trial(modes, airflows):
     poles, near = search.poles(fine)
     differs = np.array([mesh != other for mesh, other in zip(models.meshes, fine.meshes, strict=True)], dtype=bool)
     ratio, finest = _ratios(poles), search.any_cable(differs)
-    estimated = (ratio > 0) & (ratio < 1) & (not exact)
+    estimated = (ratio != 0) & (ratio < 1) & (not exact)
     coarse_poles = near = np.where(estimated, poles, near)
     if estimated.any():
         coarse = models.with_all_displacements(coarser=SYSTEM.finer_orders)
         coarse_poles = search.poles_near(coarse, np.where(estimated, poles, np.nan), SYSTEM.known_pole_distance)
-    change = np.abs(_ratios(coarse_poles) - ratio) / np.where(estimated, ratio, 1.0)
+    change = np.abs((_ratios(coarse_poles) - ratio) / np.where(estimated, ratio, 1.0))
     error = np.where(estimated, np.maximum(SYSTEM.coarser_mesh_safety * change, MOTION.rounding), np.nan)
     error = np.where((ratio == 0) & (not exact), MOTION.rounding, error)
     lost, outcomes = np.isnan(poles) | (estimated & np.isnan(coarse_poles)), []
@@ -140,7 +140,7 @@ def _ratios_of_trial(modes, airflows):
 def _ratios(poles):
     """Damping ratios of poles, shape (n,). [-]"""
     ratio = -poles.real / np.abs(poles)
-    return np.where(ratio <= MOTION.undamped_rounding, 0.0, ratio)
+    return np.where(np.abs(ratio) <= MOTION.undamped_rounding, 0.0, ratio)
 
 
 class _PoleSearch:
@@ -179,7 +179,8 @@ class _PoleSearch:
 
             s^2 + c s + w^2 + i h = 0
 
-        with its frequency w, and its mass-normalised viscous and hysteretic damping c and h. Where no pole is found so
+        with its frequency w, and its mass-normalised viscous and hysteretic damping c and h, to which loads that turn
+        add -i times their stiffness. Where no pole is found so
         near to it that it is surely that of the mode, the estimate is the pole of the model of the coupled modes.
 
         Returns
@@ -206,36 +207,40 @@ class _PoleSearch:
 
     def poles_near(self, models, near, far):
         """Poles within relative distances `far` of others, `near`, shape (n,): `damped_pole.poles_near`. [rad/s]"""
-        far, damping = np.broadcast_to(far, near.shape), self._damping_of_bodies
-        return poles_near(self._layout, self._cables_in_air(models), near, self._displacements, damping, far)
+        far, air = np.broadcast_to(far, near.shape), self._air_on_bodies
+        return poles_near(self._layout, self._cables_in_air(models), near, self._displacements, air[0], far, air[1])
 
     def _cables_in_air(self, models):
-        """`CondensedCables` of all rows, with the aerodynamic damping of each cable: list."""
+        """`CondensedCables` of all rows, with the aerodynamic damping and load stiffness of each cable: list."""
         if models not in self._condensed:
-            condensed, count, air = models.condensed(self._cables), self._cable_count, {}
+            condensed, count, damping, stiffness = models.condensed(self._cables), self._cable_count, {}, {}
             for row, airflow in enumerate(self._airflows):
                 if airflow is not None and airflow.damps_cables:
                     cables, modes = slice(count * row, count * (row + 1)), self._modes[row]
-                    of_row = models.take(self._cables[cables], modes.models.cables)
-                    for cable, matrix in airflow.damping_of_cables(of_row, None, modes.layout.equilibrium):
-                        air[count * row + cable] = matrix
-            self._condensed[models] = [cables.with_further(air) for cables in condensed] if air else condensed
+                    about = models.take(self._cables[cables], modes.models.cables), None, modes.layout.equilibrium
+                    damping |= {count * row + cable: matrix for cable, matrix in airflow.damping_of_cables(*about)}
+                    stiffness |= {count * row + cable: matrix for cable, matrix in airflow.stiffness_of_cables(*about)}
+            damped = [cables.with_further("further", damping) for cables in condensed]
+            self._condensed[models] = [cables.with_further("loads", stiffness) for cables in damped]
         return self._condensed[models]
 
     @cached_property
-    def _damping_of_bodies(self):
-        """Damping of the free displacements by links and the drag on bodies, see `damped_pole.poles_near`."""
-        layout, by_drag = self._layout, 0.0
+    def _air_on_bodies(self):
+        """Damping and load stiffness of the free displacements, see `poles_near`, by links, drag and dead moments."""
+        layout, by_drag = self._layout, (0.0, 0.0)
         if any(airflow is not None and airflow.damps for airflow in self._airflows):
-            by_drag = np.zeros((len(self._rows), len(layout.free), len(layout.free)))
+            free = np.eye(len(layout.free))
+            by_drag = np.zeros((2, len(self._rows), *free.shape))
             for row, airflow in enumerate(self._airflows):
                 if airflow is not None:
-                    by_drag[row] = airflow.damping_of_bodies(self._modes[row].layout, np.eye(len(layout.free)))
-            by_drag = by_drag[0] if layout.large else by_drag
-        return by_drag + layout.damping
+                    of_row = self._modes[row].layout
+                    by_drag[0, row] = airflow.damping_of_bodies(of_row, free)
+                    by_drag[1, row] = airflow.stiffness_of_bodies(of_row, free)
+            by_drag = by_drag[:, 0] if layout.large else by_drag
+        return by_drag[0] + layout.damping, by_drag[1] + layout.moment_stiffness
 
     def _damping_of_shapes(self):
-        """Viscous and hysteretic damping of the undamped shapes, mass-normalised, both of shape (n,). [1/s], [1/s^2]"""
+        """c and h of `poles` for the undamped shapes, both of shape (n,). [1/s], [1/s^2]"""
         models, amplitudes = self.trial.coordinates.models, self.trial.amplitudes(self._rows, self._shapes)
         by_group = zip(amplitudes, (group.find(self._cables) for group in models.groups), strict=True)
         amplitudes = [of_group[rows] for of_group, (rows, positions) in by_group if len(positions)]
@@ -244,11 +249,12 @@ class _PoleSearch:
         for index, cables in enumerate(condensed):
             modes = amplitudes[index] if index < len(amplitudes) else np.zeros((len(cables.cables), 0, 1))
             motions.append(np.concatenate([modes, ends[cables.cables]], axis=1).astype(complex))
-        arguments = list(zip(condensed, motions, strict=True)), self._displacements, self._damping_of_bodies
-        return [values.real for values in energies(self._layout, *arguments)[1:]]
+        motions = list(zip(condensed, motions, strict=True))
+        _, viscous, hysteretic = energies(self._layout, motions, self._displacements, *self._air_on_bodies)
+        return viscous.real, hysteretic
 
     def _pole_of_coupled_modes(self, row):
         """Pole of the model of the coupled modes of a row; NaN where the mode does not oscillate. [rad/s]"""
         modes, airflow, lowest = self._modes[row], self._airflows[row], slice(self._numbers[row] + 1)
-        system = modes.system if airflow is None else airflow.damped_system(modes)
-        return damped_poles(system, modes.omega[lowest], modes.shapes[:, lowest])[0][-1]
+        system, loads = (modes.system, None) if airflow is None else airflow.damped_system(modes)
+        return damped_poles(system, modes.omega[lowest], modes.shapes[:, lowest], loads)[0][-1]

@@ -16,6 +16,7 @@ from cablestudy.control.motion import Actuator, actuated, motion_of_rows, with_a
 from cablestudy.control.suspension import Marker, SystemParts, suspension_systems
 from cablestudy.control.winches import ENDS, Winch, WinchedEnds
 from cablestudy.errors import NoSolutionError, outcome_of
+from cablestudy.motion.airflow import load_stiffness_of_bodies
 from cablestudy.motion.left_out_modes import BodiesOnAllModes
 from cablestudy.motion.reduction_basis import MIDSPAN, applied_loads, loads_and_bases, space_with_fewer_modes
 from cablestudy.motion.tension_waves import change_by_waves
@@ -349,34 +350,17 @@ class Plant:
 
     @cached_property
     def load_stiffness_of_bodies(self):
-        """Stiffness of the free displacements by dead moments and by the mean drag on bodies, shape (d, d)."""
-        by_moments = dense(self.layout.moment_stiffness)
-        if self.airflow is None:
-            return by_moments
-        return by_moments + self.airflow.stiffness_of_bodies(self.layout, np.eye(len(self.layout.free)))
+        """Stiffness of the free displacements by loads that turn or do not, see `airflow.load_stiffness_of_bodies`."""
+        return load_stiffness_of_bodies(self.layout, self.airflow)
 
     def holding_loads(self, shapes):
-        """Forces on all n coordinates that hold motions against the loads, shape (n, m + i).
+        """Forces on all n coordinates that hold motions against loads, see `Layout.holding_loads`, shape (n, m + i).
 
-        Against dead moments, and the mean drag, which turns with the motion. Of m shapes, (n, m), then of lengths that
-        i winches reel in.
+        Of m shapes, (n, m), then of lengths that i winches reel in.
         """
-        count, winches, first = shapes.shape[1], len(self.winches), 0
-        forces, moved = np.zeros((len(shapes), count + winches)), self.layout.bodies(shapes)
-        on_bodies = self.layout.bodies(forces)  # a view
-        on_bodies[:, :count] += self.load_stiffness_of_bodies @ moved
-        if self.airflow is None:
-            return forces
-        reeled = self.winched_ends.movements.reshape(len(self.end_movements), 6, winches)
-        for cable, ends, of_winches in zip(self._parts_of_system.kept, self.end_movements, reeled, strict=True):
-            modes, first = slice(first, first + len(cable.element.omega)), first + len(cable.element.omega)
-            if cable.element.load_stiffness is not None:
-                by_modes = np.concatenate([shapes[modes], np.zeros((len(cable.element.omega), winches))], axis=1)
-                by_ends = np.concatenate([ends @ moved, of_winches], axis=1)
-                held = cable.element.load_stiffness @ np.concatenate([by_modes, by_ends])
-                forces[modes] += held[:-6]
-                on_bodies += ends.T @ held[-6:]
-        return forces
+        elements, winches = [cable.element for cable in self._parts_of_system.kept], len(self.winches)
+        reeled = self.winched_ends.movements.reshape(len(elements), 6, winches)
+        return self.layout.holding_loads(elements, self.load_stiffness_of_bodies, shapes, reeled)
 
     def load_stiffness(self, shapes):
         """`holding_loads` on the shapes themselves, shape (m, m + i): a stiffness that is not symmetric."""

@@ -46,8 +46,9 @@ class CondensedCables:
         such damping.
     inertia_of_modes : ndarray, shape (g, n, n), or None
         None for modes, whose inertia is the identity.
-    further : ndarray, shape (g, n + 6, n + 6), or None
-        Further damping, which need not be symmetric. [1/s], [N s/m]
+    further, loads : ndarray, shape (g, n + 6, n + 6), or None
+        Further damping [1/s], [N s/m], and stiffness by loads that turn with the cable [1/s^2], [N/m]; neither need be
+        symmetric.
     """
 
     cables: np.ndarray
@@ -63,6 +64,7 @@ class CondensedCables:
     carried: np.ndarray | None = None
     inertia_of_modes: np.ndarray | None = None
     further: np.ndarray | None = None
+    loads: np.ndarray | None = None
 
     @classmethod
     def of_ends(cls, cables, ends, rows, damping):
@@ -82,11 +84,12 @@ class CondensedCables:
         """Some of the cables, by an array of bool."""
         return self if chosen.all() else take_rows(self, chosen)
 
-    def with_further(self, matrices):
-        """Copy with further damping of each cable: a dict of ndarray, shape (n + 6, n + 6), by its index."""
-        size = self.omega.shape[-1] + 6
-        further = [matrices.get(cable, np.zeros((size, size))) for cable in self.cables.tolist()]
-        return replace(self, further=np.array(further) + (0.0 if self.further is None else self.further))
+    def with_further(self, name, matrices):
+        """Copy with an attribute, `further` or `loads`, of each cable: a dict of matrices by the index of the cable."""
+        if not matrices:
+            return self
+        none = np.zeros((self.omega.shape[-1] + 6,) * 2)
+        return replace(self, **{name: np.array([matrices.get(cable, none) for cable in self.cables.tolist()])})
 
     def dynamic_stiffness(self, s):
         """Dynamic stiffness D(s) at the six end displacements of each of g cables, its derivative, and the shapes X.
@@ -94,7 +97,9 @@ class CondensedCables:
         With the coordinates q of a cable (modes with fixed ends, or others), its end displacements u and their matrices
         Q = s^2 M + s C + K,
 
-            D = Q_uu - Q_uq Q_qq^-1 Q_qu,    X = [-Q_qq^-1 Q_qu; I],    D' = X^T Q' X.
+            D = Q_uu - Q_uq Q_qq^-1 Q_qu,    X = [-Q_qq^-1 Q_qu; I],    D' = Y^T Q' X,
+
+        Y being X of Q^T.
 
         Parameters
         ----------
@@ -121,22 +126,30 @@ class CondensedCables:
             by_ends = by_ends + factor * (rows[..., :n].swapaxes(-1, -2) @ rows[..., n:])
             of_ends = of_ends + factor * (rows[..., n:].swapaxes(-1, -2) @ rows[..., n:])
         of_modes = by_ends.swapaxes(-1, -2)
-        if self.further is not None:
-            by_ends = by_ends + s * self.further[:, :n, n:]
-            of_modes, of_ends = of_modes + s * self.further[:, n:, :n], of_ends + s * self.further[:, n:, n:]
-        dense = (self.inertia_of_modes, inertial), (self.further, s)  # whole matrices and their factors
-        dense = [(matrix[:, :n, :n], factor) for matrix, factor in dense if matrix is not None]
-        shapes = -_solution(diagonal, [(rows[..., :n], factor) for rows, factor in damped], dense, by_ends)
-        all_shapes = np.concatenate([shapes, np.broadcast_to(np.eye(6), of_ends.shape)], axis=1)
-        inertia, damping, _ = self.products(all_shapes, all_shapes)
+        further = (self.further, s), (self.loads, np.ones_like(s))  # whole matrices and their factors
+        further = [(matrix, factor) for matrix, factor in further if matrix is not None]
+        for matrix, factor in further:
+            by_ends, of_modes = by_ends + factor * matrix[:, :n, n:], of_modes + factor * matrix[:, n:, :n]
+            of_ends = of_ends + factor * matrix[:, n:, n:]
+        dense = [(matrix[:, :n, :n], factor) for matrix, factor in further]
+        if self.inertia_of_modes is not None:
+            dense.insert(0, (self.inertia_of_modes, inertial))
+        of_strain = [(rows[..., :n], factor) for rows, factor in damped]
+        shapes, ends = -_solution(diagonal, of_strain, dense, by_ends), np.broadcast_to(np.eye(6), of_ends.shape)
+        all_shapes = left = np.concatenate([shapes, ends], axis=1)
+        if self.loads is not None:
+            transposed = [(matrix.swapaxes(-1, -2), factor) for matrix, factor in dense]
+            by_modes = -_solution(diagonal, of_strain, transposed, of_modes.swapaxes(-1, -2))
+            left = np.concatenate([by_modes, ends], axis=1)
+        inertia, damping, _ = self.products(left, all_shapes)
         return of_ends + of_modes @ shapes, 2 * s * inertia + damping, all_shapes
 
     def products(self, left, right):
-        """Products left^T M right, left^T C right and left^T Im(K) right of each of g cables, for energies and losses.
+        """Products left^T M right, left^T C right and left^T H right of each of g cables, for energies and losses.
 
-        M, C and K are the matrices of the n coordinates of a cable and its six end displacements. `left` is transposed,
-        not conjugated. Modal damping in C acts on the absolute amplitudes q + m u of the coordinates q, with the end
-        displacements u and the `coupling` m.
+        M, C and K are the matrices of the n coordinates of a cable and its six end displacements, and H = Im(K) - i A
+        with the stiffness A by `loads`. `left` is transposed, not conjugated. Modal damping in C acts on the absolute
+        amplitudes q + m u of the coordinates q, with the end displacements u and the `coupling` m.
 
         Parameters
         ----------
@@ -146,7 +159,7 @@ class CondensedCables:
         Returns
         -------
         inertia, damping, loss : ndarray, complex, shape (g, k, k)
-            Products with M, C and Im(K).
+            Products with M, C and H.
         """
         n = self.omega.shape[-1]
         momentum = product(self.coupling, right[:, n:])  # of the coordinates
@@ -166,6 +179,8 @@ class CondensedCables:
             damping = damping - self.viscous[:, None, None] * borne
         if self.further is not None:
             damping = damping + left.swapaxes(-1, -2) @ product(self.further, right)
+        if self.loads is not None:
+            loss = loss - 1j * (left.swapaxes(-1, -2) @ product(self.loads, right))
         return inertia, damping, loss
 
 

@@ -220,7 +220,37 @@ class Layout:
 
     def ends(self, displacements):
         """Displacements of the six ends of each cable, shape (..., c, 6, r), for free ones of shape (..., d, r)."""
-        return (self.connection @ displacements).reshape(*displacements.shape[:-2], -1, 6, displacements.shape[-1])
+        cables = len(self.equilibrium.suspension.cable_names)
+        return (self.connection @ displacements).reshape(*displacements.shape[:-2], cables, 6, displacements.shape[-1])
+
+    def holding_loads(self, elements, of_bodies, shapes, reeled=None):
+        """Forces on all N coordinates that hold motions against loads which turn with them, shape (N, m + i).
+
+        Parameters
+        ----------
+        elements : sequence of Superelement
+            Of the c cables; those under such loads have a `load_stiffness`.
+        of_bodies : ndarray, shape (d, d)
+            Stiffness of the free displacements by loads on bodies.
+        shapes : ndarray, shape (N, m)
+            Motions of all coordinates.
+        reeled : ndarray, shape (c, 6, i), optional
+            Further motions, of ends of cables alone.
+        """
+        moved, count, first = self.bodies(shapes), shapes.shape[1], 0
+        ends = self.ends(moved) if reeled is None else np.concatenate([self.ends(moved), reeled], axis=-1)
+        forces, on_ends = np.zeros((len(shapes), ends.shape[-1])), np.zeros(ends.shape)
+        for cable, element in enumerate(elements):
+            modes = slice(first, first + len(element.omega))
+            first = modes.stop
+            if element.load_stiffness is not None:
+                amplitudes = np.pad(shapes[modes], ((0, 0), (0, ends.shape[-1] - count)))
+                held = element.load_stiffness @ np.concatenate([amplitudes, ends[cable]])
+                forces[modes], on_ends[cable] = held[:-6], held[-6:]
+        on_bodies = self.bodies(forces)  # a view
+        on_bodies[:, :count] += of_bodies @ moved
+        on_bodies += self.connection.T @ on_ends.reshape(6 * len(on_ends), on_ends.shape[-1])
+        return forces
 
     def displaced(self, displacements):
         """Displacements of all bodies, held ones too, shape (b, 6, r), for free ones of shape (d, r)."""

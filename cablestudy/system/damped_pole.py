@@ -8,7 +8,8 @@ the pole s = r + i w, the imaginary part of v^H (s^2 M + s C + K) v = 0 says wha
 
     r (2 w v^H M v + Im v^H C v) + w Re v^H C v + v^H Im K v = 0,
 
-whose last two terms do not cancel, however small the damping. C need not be symmetric: drag is not.
+whose last two terms do not cancel, however small the damping. C need not be symmetric: drag is not. Nor need K: loads
+that turn with bodies and cables add a stiffness A, and Im v^H A v to the last term.
 """
 
 import numpy as np
@@ -18,7 +19,7 @@ from cablestudy.system.tolerances import SYSTEM
 
 
 @np.errstate(all="ignore")  # what is not finite is not taken for a pole
-def poles_near(layout, cables, near, displacements, damping, far):
+def poles_near(layout, cables, near, displacements, damping, far, loads=0.0):
     """Find the pole nearest to an estimate for each of n damped suspensions ("rows"), by inverse iteration.
 
     A pole s solves D(s) u = 0, D being the dynamic stiffness of the d free displacements u of the bodies, all motion of
@@ -38,6 +39,8 @@ def poles_near(layout, cables, near, displacements, damping, far):
         Damping of the bodies without that of the cables. [N s/m, N s; N s, N m s]
     far : ndarray, shape (n,)
         Largest relative distance of a pole from `near`: farther ones are not accepted. [-]
+    loads : array, as `damping`
+        Stiffness of the bodies by loads on them that turn or do not, see the module's docstring. [N/m, N; N, N m]
 
     Returns
     -------
@@ -61,7 +64,7 @@ def poles_near(layout, cables, near, displacements, damping, far):
             if len(now.cables):
                 ends[now.cables], slopes[now.cables], shapes = now.dynamic_stiffness(pole[now.cables // count])
                 motions.append((now, shapes))
-        stiffness, slope = _dynamic_stiffness(layout, ends, slopes, pole, damping)
+        stiffness, slope = _dynamic_stiffness(layout, ends, slopes, pole, damping, loads)
         pending &= np.isfinite(_times(stiffness, vector)).all(axis=-1)
         response = _solved(stiffness, _times(slope, vector), pending)
         response = response / np.abs(response).max(axis=-1, keepdims=True)
@@ -72,7 +75,7 @@ def poles_near(layout, cables, near, displacements, damping, far):
         pending &= (np.abs(pole - near) < far * np.abs(near)) & (pole.imag > 0)
         found = pending & ~(regular & (np.abs(step) > SYSTEM.pole_change * np.abs(pole)))
         if found.any():
-            poles[found] = _poles_by_losses(layout, motions, pole.imag, vector, damping)[found]
+            poles[found] = _poles_by_losses(layout, motions, pole.imag, vector, damping, loads)[found]
         pending &= ~found
         if not pending.any():
             break
@@ -109,31 +112,33 @@ def ratios_near(layout, cables, poles, shapes):
     return -found.real / np.abs(found)
 
 
-def _dynamic_stiffness(layout, ends, slopes, s, damping):
+def _dynamic_stiffness(layout, ends, slopes, s, damping, loads):
     """D(s) and its derivative, shape (n, d, d), sparse where the layout's are, from those of the ends of all cables."""
     shape, (body_stiffness, body_mass) = layout.shape, layout.body_matrices
     ends, slopes = (layout.of_cables(matrices.reshape(*shape, -1, 6, 6)) for matrices in (ends, slopes))
     s = complex(s[0]) if layout.large else s[:, None, None]
-    return ends + body_stiffness + s * damping + s**2 * body_mass, slopes + damping + 2 * s * body_mass
+    return ends + body_stiffness + loads + s * damping + s**2 * body_mass, slopes + damping + 2 * s * body_mass
 
 
-def _poles_by_losses(layout, motions, omega, vector, damping):
+def _poles_by_losses(layout, motions, omega, vector, damping, loads):
     """The poles of frequencies [rad/s] with the real parts that follow from their losses, see the module's docstring.
 
     `motions` has `CondensedCables`, and all displacements of each by those of its ends.
     """
     ends = layout.ends(vector.reshape(*layout.shape, -1, 1)).reshape(-1, 6, 1)
     motions = [(cables, shapes @ ends[cables.cables]) for cables, shapes in motions]
-    inertia, viscous, hysteretic = energies(layout, motions, vector, damping)
+    inertia, viscous, hysteretic = energies(layout, motions, vector, damping, loads)
     return -(omega * viscous + hysteretic).real / (2 * omega * inertia + viscous.imag).real + 1j * omega
 
 
-def energies(layout, motions, displacements, damping):
-    """v^H M v, v^H C v and v^H Im K v of a motion of each of n suspensions, complex, each of shape (n,).
+def energies(layout, motions, displacements, damping, loads=0.0):
+    """v^H M v, v^H C v and v^H (Im K - i A) v of a motion of each of n suspensions, complex, each of shape (n,).
+
+    A is the load stiffness; Im v^H A v is the real part of the last one.
 
     Parameters
     ----------
-    layout, damping
+    layout, damping, loads
         As for `poles_near`.
     motions : list of (CondensedCables, ndarray)
         With all displacements of each cable, shape (g, n + 6, 1); cables that are not there do not count.
@@ -146,12 +151,12 @@ def energies(layout, motions, displacements, damping):
         of_cables[:, cables.cables] = np.stack(cables.products(motion.conj(), motion))[..., 0, 0]
     inertia, viscous, hysteretic = of_cables.reshape(3, len(displacements), count).sum(axis=-1)
     inertia = inertia + _quadratic(layout.body_matrices[1], displacements)
-    return inertia, viscous + (_quadratic(damping, displacements) if np.ndim(damping) else 0.0), hysteretic
+    return inertia, viscous + _quadratic(damping, displacements), hysteretic - 1j * _quadratic(loads, displacements)
 
 
 def _quadratic(matrix, vector):
-    """v^H A v of real matrices, shape (n,)."""
-    return (vector.conj() * _times(matrix, vector)).sum(axis=-1)
+    """v^H A v of real matrices, shape (n,); 0 for the number 0."""
+    return (vector.conj() * _times(matrix, vector)).sum(axis=-1) if np.ndim(matrix) else 0.0
 
 
 def _times(matrix, vector):

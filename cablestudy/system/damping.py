@@ -5,7 +5,7 @@ import numpy as np
 from cablestudy.system.tolerances import SYSTEM
 
 
-def damped_poles(system, omega, shapes):
+def damped_poles(system, omega, shapes, loads=None):
     """Find the pole of the damped system that belongs to each of k undamped modes, and its damping ratio -Re s/|s|.
 
     Parameters
@@ -16,6 +16,8 @@ def damped_poles(system, omega, shapes):
         W: angular frequencies of some of the lowest modes, in any order. [rad/s]
     shapes : ndarray, shape (n, k)
         Mass-normalised shapes of these modes.
+    loads : callable, optional
+        Shapes, (n, m) -> A times these, with a load stiffness A besides K, which need not be symmetric.
 
     Returns
     -------
@@ -26,23 +28,25 @@ def damped_poles(system, omega, shapes):
 
     Notes
     -----
-    The poles are those of s^2 I + s Phi^T C Phi + W^2 + i Phi^T Im(K) Phi. The columns of Phi are the k modes,
-    `SYSTEM.coupled_modes` further ones that damping may couple to these, and Ritz vectors. These are the static
-    response of the system to the damping forces of the k modes, Im(K) phi and C phi. Modes and poles are paired so that
-    the sum of the shares of the modes in the motion of their poles is largest. A mode that does not oscillate has the
-    ratio
+    The poles are those of s^2 I + s Phi^T C Phi + W^2 + i Phi^T Im(K) Phi + Phi^T A Phi. The columns of Phi are the k
+    modes, `SYSTEM.coupled_modes` further ones that damping may couple to these, and Ritz vectors. These are the static
+    response of the system to the damping forces of the k modes, Im(K) phi, C phi and A phi. Modes and poles are paired
+    so that the sum of the shares of the modes in the motion of their poles is largest. A mode that does not oscillate
+    has the ratio
 
         phi^T C phi/(2 W) + phi^T Im(K) phi/(2 W^2).
     """
     count, loss, damping = len(omega), system.stiffness.imag, system.damping
-    damping_forces = [forces for forces in (loss @ shapes, damping @ shapes) if np.any(forces)]
+    by_loads = [loads(shapes)] if loads else []
+    damping_forces = [forces for forces in (loss @ shapes, damping @ shapes, *by_loads) if np.any(forces)]
     if not damping_forces:
         return 1j * omega, np.zeros(count)
     omega, basis = _with_coupled_modes(system, omega, shapes)
     static_omega, static_shapes = ritz(system, basis, system.compliance(np.concatenate(damping_forces, axis=1)))
     omega, basis = np.concatenate([omega, static_omega]), np.concatenate([basis, static_shapes], axis=1)
     damping, loss = basis.T @ (damping @ basis), basis.T @ (loss @ basis)
-    poles, share = _oscillating_poles(omega, damping, loss)
+    further = 1j * loss + (basis.T @ loads(basis) if loads else 0.0)
+    poles, share = _oscillating_poles(omega, damping, further)
     share = share[:count]
     mode, pole = assign_columns(share)  # indices of modes, and of the poles that belong to them
     ratio = (np.diagonal(damping) / (2 * omega) + np.diagonal(loss) / (2 * omega**2))[:count]
@@ -54,14 +58,16 @@ def damped_poles(system, omega, shapes):
     return pole_of_mode, ratio
 
 
-def _oscillating_poles(omega, damping, loss):
-    """Poles above the real axis, shape (p,), of q'' + C q' + (w^2 + i D) q = 0, and share of each q in them, (n, p).
+def _oscillating_poles(omega, damping, further):
+    """Poles above the real axis, shape (p,), of q'' + C q' + (w^2 + D) q = 0, and share of each q in them, (n, p).
 
-    C is `damping` and D `loss`, shape (n, n); the shares of all n coordinates in the motion of a pole add up to 1.
+    C is `damping` and D the `further` stiffness, complex, shape (n, n); the shares of all n coordinates in the motion
+    of a pole add up to 1.
     """
     modes = len(omega)
     # states w q and q', of like size
-    stiffness = np.diag(omega) + (1j * loss / omega if loss.any() else 0.0)
+    further = further if further.imag.any() else further.real
+    stiffness = np.diag(omega) + further / omega
     poles, vectors = np.linalg.eig(np.block([[np.zeros((modes, modes)), np.diag(omega)], [-stiffness, -damping]]))
     oscillating = poles.imag > 0
     share = np.abs(vectors[:modes, oscillating]) ** 2

@@ -62,7 +62,10 @@ def cable_damping(damping, k, mass, elastic, per_length):
 
 
 def body_matrices(equilibrium, body):
-    """Mass and geometric stiffness of one body with the end forces of the continuous cables, shape (6, 6) each."""
+    """Mass, and stiffness by end forces of the continuous cables and by dead loads, of one body; shape (6, 6) each.
+
+    That of dead moments is not symmetric, and nothing else is.
+    """
     model = equilibrium.suspension
     places, forces = model.ends(equilibrium.position, equilibrium.rotation), equilibrium.catenary.end_forces("global")
     R, m = equilibrium.rotation[body], float(model.mass[body])
@@ -73,7 +76,10 @@ def body_matrices(equilibrium, body):
     turning = -cross([0, 0, -m * float(model.gravity)]) @ cross(r)
     for cable, end in np.argwhere(model.owner[: len(model.cable_names)] == body):
         turning -= cross(forces[cable, end]) @ cross(places[cable, end] - equilibrium.position[body])
-    return mass, np.pad((turning + turning.T) / 2, (3, 0))
+    if model.eccentric_loads is not None:
+        eccentric = R @ model.eccentric_loads[body]  # sum of r F^T
+        turning += np.trace(eccentric) * np.eye(3) - eccentric
+    return mass, np.pad((turning + turning.T) / 2 - cross(model.moment[body]) / 2, (3, 0))
 
 
 def dense(equilibrium, n, blown=None):

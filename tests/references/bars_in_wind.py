@@ -81,6 +81,7 @@ class BarsInWind:
         dense = bar_suspension.dense(state, n, blown if mean else None)
         loss = (damping or {}).get("loss_factor", 0.0)
         self.M, self.K, size = dense.M, dense.K + 1j * loss * dense.elastic, len(dense.K)
+        self.dead = (dense.K + dense.K.T) / 2  # with the drag as a dead load, and without dead moments
         self.directions = np.array([along, [-along[1], along[0], 0.0], [0, 0, 1.0]])
         damped, self.C = dense.damping(damping or {}, state.catenary.span.mass)
         places, moves, drags, areas = [], [], [], []  # of the nodes, then of the bodies

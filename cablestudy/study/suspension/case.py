@@ -306,4 +306,5 @@ class SuspensionCase(SuspensionAtRest, ComparedCase):
         if self.scene.wind is None:
             return None
         suspension = self.equilibrium.suspension
-        return Airflow(self.scene, drag_of([self.scene], suspension.body_names, suspension.cable_names).take(0))
+        of_gusts = drag_of([self.scene], suspension.body_names, suspension.cable_names).take(0)
+        return Airflow(self.scene, of_gusts, self.group.drag_of_steady_wind(self.index))

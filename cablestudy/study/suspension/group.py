@@ -393,10 +393,13 @@ class Group:
         equilibrium, drag = self.in_mean_wind
         if drag is None:
             return None
-        of_gusts, steady = drag.take(index), self._loaded and self._loaded.drag
-        if equilibrium is not self.equilibrium:
-            return of_gusts, of_gusts
-        return of_gusts, steady and replace(steady.take(index), profile=steady.profile and steady.profile.take([index]))
+        of_gusts = drag.take(index)
+        return of_gusts, self.drag_of_steady_wind(index) if equilibrium is self.equilibrium else of_gusts
+
+    def drag_of_steady_wind(self, index):
+        """`Drag` of the steady wind of a load case, with a profile of shape (1,); None without."""
+        steady = self._loaded and self._loaded.drag
+        return steady and replace(steady.take(index), profile=steady.profile and steady.profile.take([index]))
 
     @cached_property
     def in_motion(self):
