@@ -96,7 +96,16 @@ def test_pounds_of_the_other_kind_are_told(text, unit, hint):
 
 @pytest.mark.parametrize(
     ("text", "unit", "meant"),
-    [("16 mn", "m", "m"), ("16 mn", "N", "mN"), ("2 Knm", "N m", "kNm"), ("2 mmm", "Pa", "mm")],
+    [
+        ("16 mn", "m", "m"),
+        ("16 mn", "N", "mN"),
+        ("2 Knm", "N m", "kNm"),
+        ("2 mmm", "Pa", "mm"),
+        ("2 m2", "m^2", "m^2"),
+        ("2 kg/m3", "kg/m^3", "kg/m^3"),
+        ("2 mm2", "m^2", "mm^2"),
+        ("1 kg m2", "kg m^2", "kg m^2"),
+    ],
 )
 def test_an_unknown_unit_is_likely_one_of_the_expected_kind(text, unit, meant):
     with pytest.raises(ValueError, match=re.escape(f"did you mean {meant}?)")):
@@ -112,6 +121,7 @@ WRITTEN = "a number, then a unit such as mm, kN, kg/m^3"
         ("3 kg", '"3 kg" (mass)'),
         ("3 m^2", '"3 m^2" (area)'),
         ("3 mmm", '"3 mmm" (unknown unit "mmm"; did you mean mm?)'),
+        ("3 m2", '"3 m2" (unknown unit "m2"; did you mean m?)'),  # not m^2, which is no length
         ("3 KM", '"3 KM" (unknown unit "KM"; did you mean km?)'),
         ("5 degC", '"5 degC" (temperature)'),
         *((text, f'"{text}"') for text in ("abc", "", "m", "nan", "__import__('os')")),

@@ -7,6 +7,7 @@ Number and factor are decimal, so that their product is rounded once.
 
 import math
 import re
+from contextlib import suppress
 from decimal import Decimal, InvalidOperation
 from functools import cache, lru_cache
 
@@ -354,6 +355,10 @@ def _unknown(name, expected):
     """
     from difflib import get_close_matches
 
+    raised = re.sub(r"(?<=[A-Za-z])(?=[2-9])", "^", name)  # as in m2, kg/m3
+    with suppress(_NotAQuantityError):
+        if raised != name and expected in (None, _root(raised)[1]):
+            return f' (unknown unit "{name}"; did you mean {raised}?)'
     fitting = [] if expected is None else [known for known in _KNOWN if _root(known)[1] == expected]
     for units in (fitting, _KNOWN):
         similar = [known for known in units if known.lower() == name.lower()]
