@@ -312,6 +312,17 @@ def test_the_distance_of_ends_that_find_their_place():
         assert true < case.statics_error(column, found) + 1e-8 < 1e-5, name
 
 
+def test_forces_on_a_knot_balance_within_the_stated_error_of_its_cables():
+    """The wind carries a knot far that hangs on two stiff cables: what is left of its forces is an error of these."""
+    data = {**KNOT, "cable": KNOT["cable"] | {"axial_stiffness": 1e7}}
+    data["cables"] = {name: KNOT["cables"][name] for name in ("west", "east")}
+    case = SuspensionCase(SuspensionScene.model_validate(data))
+    at_knot = case.rest.end_forces[[0, 1], [1, 0]]
+    left = np.linalg.norm(at_knot.sum(axis=0) - [0, 0, KNOT["points"]["knot"]["mass"] * G])
+    stated = [value_and_error(find(f"{name}.max_tension"), case)[1] for name in data["cables"]]
+    assert left < max(stated) * np.linalg.norm(at_knot, axis=-1).max()
+
+
 # a body that does not turn, on heavy cables and a spring: stiffness [N/m] and length [m] of the spring are last
 EYES = {
     "stiff": (6.2e6, 1.3, 0.012, 17.0, 12.0, 0.33, (-0.39, 2.85, -5.0), 2300.0, 5.768,

@@ -45,7 +45,8 @@ class StudyTolerances:
     drag_parts: int = 4
     pushed_drag_steps: int = 6  # of the end of a cable that is pushed
     drag_movements: int = 30  # of the bodies of a suspension in that search, at most;
-    plain_movements: int = 3  # the first ones follow from the stiffness alone,
+    rough_movements: int = 2  # the first ones with drag on one part of each piece,
+    plain_movements: int = 3  # and from the stiffness alone,
     combined_movements: int = 5  # others are combined from so many,
     drag_movement: float = 0.05  # and none is longer than this share of the longest cable
     push_steps: int = 200  # of the search for the position of a pushed end

@@ -1,31 +1,24 @@
 """Change of suspensions in a steady wind due to drag that varies along each cable, in place of uniform drag.
 
-The actual drag changes the forces of each cable on its ends (`CablesInDrag`), and these move the bodies, until all is
+The actual drag changes the forces of each cable on its ends (`CatenaryInDrag`), and these move the bodies, until all is
 in equilibrium again: a light body may move far by a small change of the forces, or turn, and a cable that swings takes
 another drag.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from cablestudy.cable.catenary import solve
 from cablestudy.cable.catenary_in_drag import in_drag
-from cablestudy.cable.records import assign_rows, copy_record, take_rows
 from cablestudy.cable.steady_drag import SteadyDrag, across
 from cablestudy.cable.tolerances import CABLE
-from cablestudy.cable.uneven_drag import (
-    CablesInDrag,
-    Pieces,
-    largest_ratio,
-    settled_changes,
-    stiffness_of,
-)
+from cablestudy.cable.uneven_drag import largest_ratio
 from cablestudy.cable.vectors import size
 from cablestudy.statics import tangent
 from cablestudy.statics.links import Links, joined
 from cablestudy.statics.pose_state import PoseState, displaced, spans
-from cablestudy.statics.rigid import turn
+from cablestudy.statics.rigid import rotation_vector
 from cablestudy.statics.suspension import Equilibrium
 from cablestudy.study.tolerances import STUDY
 from cablestudy.wind.mean import body_loads, next_argument
@@ -61,7 +54,7 @@ def drag_on_cables(drag, equilibrium):
     return replace(drag_of_cables, profile=profile, end_1=end_1, mean=mean)
 
 
-def equilibrium_in_drag(equilibrium, drag, parts):
+def equilibria_in_drag(equilibrium, drag, parts):
     """Find the equilibria of suspensions in a steady wind whose drag varies along each cable.
 
     Parameters
@@ -76,31 +69,49 @@ def equilibrium_in_drag(equilibrium, drag, parts):
 
     Returns
     -------
-    Equilibrium
-        Its `catenary` is a `CatenaryInDrag` of shape (n, c); where no equilibrium was found, `unsettled` of the cables
-        whose ends move is `CABLE.unknown_error`.
+    dict
+        Number of parts -> `Equilibrium`, of half of the parts and of all. Its `catenary` is a `CatenaryInDrag` of shape
+        (n, c); where no equilibrium was found, `unsettled` of the cables whose ends move is `CABLE.unknown_error`.
+
+    Notes
+    -----
+    With half of the parts the bodies move from the equilibrium found with all by what the forces of such cables leave
+    out of balance there: what that search has left is part of the difference.
     """
-    count, steady = equilibrium.lengths.shape[1], drag_on_cables(drag, equilibrium)
-    in_wind = equilibrium.record.converged & (steady.normal_drag > 0).any(axis=-1)
-    rows, movement = np.flatnonzero(in_wind), np.zeros((*equilibrium.position.shape[:2], 6))
-    found, moving = np.zeros(0, dtype=bool), np.zeros(equilibrium.lengths.shape)
-    if len(rows):
-        flat, of_rows = np.divmod(_of_cables(rows, count), count), equilibrium.take(rows)
-        catenary = equilibrium.catenary.take(flat)
-        cables = CablesInDrag.of(steady.take(flat), catenary, drag.stretched, Pieces.of(catenary, parts))
-        held = settled_changes(cables)
-        least = (tangent.motion_units(of_rows.suspension) * of_rows.uncertainty.pose).max(axis=(-2, -1), initial=0.0)
-        of_bodies, changes, found = _search(of_rows, drag.take(rows), cables, held, least)
-        movement[rows[found]] = of_bodies[found]
-        moving[rows] = np.where(found[:, None], changes.unsettled.reshape(-1, count), CABLE.unknown_error)
-    moved, steady = _moved_equilibrium(equilibrium, drag, steady, movement)
-    form = in_drag(steady, moved.catenary, parts)
-    unsettled = np.where(_moves(moved.suspension), np.maximum(moving, form.unsettled), form.unsettled)
-    return replace(moved, catenary=replace(form, unsettled=unsettled))
+    steady, movement = drag_on_cables(drag, equilibrium), np.zeros((*equilibrium.position.shape[:2], 6))
+    rows = np.flatnonzero(equilibrium.record.converged & (steady.normal_drag > 0).any(axis=-1))
+    found, unknown = np.zeros(len(movement), dtype=bool), np.zeros((len(movement), 1))
+    if len(rows) and equilibrium.suspension.free.any():
+        least = (tangent.motion_units(equilibrium.suspension) * equilibrium.uncertainty.pose).max(axis=(-2, -1))
+        in_wind = equilibrium.take(rows), drag.take(rows), steady.take(rows)
+        movement[rows], found[rows] = _search(*in_wind, parts, least[rows])
+        unknown[rows[~found[rows]]] = CABLE.unknown_error
+    finer = _moved(equilibrium, drag, steady, movement, parts)
+    further = _movement(replace(finer, catenary=finer.catenary.coarser))
+    uniform = replace(finer, catenary=finer.catenary.catenary)
+    further = np.where(found[:, None, None], further, 0.0)
+    coarser = _moved(uniform, drag, drag_on_cables(drag, uniform), further, parts // 2)
+    equilibria = {}
+    for number, rest in {parts // 2: coarser, parts: finer}.items():
+        unsettled = np.maximum(rest.catenary.unsettled, unknown * _moves(rest.suspension))
+        equilibria[number] = replace(rest, catenary=replace(rest.catenary, unsettled=unsettled))
+    return equilibria
 
 
-def _moved_equilibrium(equilibrium, drag, steady, movement):
-    """`Equilibrium` of bodies that moved, drag uniform along each cable between its ends then; its `SteadyDrag`."""
+def _moved(equilibrium, drag, steady, movement, parts):
+    """`Equilibrium` of bodies that moved, out of balance perhaps, its cables in drag that varies along each.
+
+    Parameters
+    ----------
+    equilibrium : Equilibrium
+        Of n cases, drag uniform along each cable.
+    drag, steady : Drag, SteadyDrag
+        The wind, and its drag on the cables there.
+    movement : ndarray, shape (n, b, 6)
+        Of bodies and points. [m], [rad]
+    parts : int
+        As of `equilibria_in_drag`.
+    """
     suspension, of_cables, links = equilibrium.suspension, equilibrium.suspension.of_cables, equilibrium.links
     vector = np.diff(equilibrium.ends, axis=-2)[:, of_cables, 0]
     before = PoseState(
@@ -120,9 +131,9 @@ def _moved_equilibrium(equilibrium, drag, steady, movement):
     uniform = steady.uniform(state.chord / size(state.chord)[..., None])
     heavy, loaded = suspension.cable_mass > 0, _with_wind_on_moved_bodies(equilibrium, drag, movement, state.rotation)
     loaded = replace(loaded, cable_wind=np.where(heavy[..., None], uniform, suspension.cable_wind))
-    catenary = solve(spans(loaded, state), equilibrium.catenary.middle_tension)
+    form = in_drag(steady, solve(spans(loaded, state), equilibrium.catenary.middle_tension), parts)
     links = links and Links.of(loaded, state.vector[:, of_cables.stop :], state.extension)
-    return Equilibrium(loaded, state.position, state.rotation, catenary, equilibrium.record, links), steady
+    return Equilibrium(loaded, state.position, state.rotation, form, equilibrium.record, links)
 
 
 def _moves(suspension):
@@ -131,86 +142,30 @@ def _moves(suspension):
     return np.append(suspension.free.any(axis=-1), False)[owner].any(axis=-1)  # the last one is the ground, -1
 
 
-def change_by_fewer_parts(equilibrium):
-    """Changes of equilibria in drag that varies along each cable, if it varies on half as many parts of the cables.
+def changes_by_fewer_parts(coarser, finer):
+    """Changes of equilibria in drag that varies along each cable, if it varies on fewer parts of the cables.
 
     Parameters
     ----------
-    equilibrium : Equilibrium
-        Of n cases, of `equilibrium_in_drag`.
+    coarser, finer : Equilibrium
+        Of n cases, of `equilibria_in_drag`.
 
     Returns
     -------
     relative : ndarray, shape (n,)
         The larger one of the relative changes of forces at the ends of cables, over the largest one of their cable, and
-        of the stiffness (`stiffness_change`), bodies at rest. [-]
+        of the stiffness (`stiffness_change`). [-]
     movement : ndarray, shape (n, b, 6)
         Of bodies and points. [m], [rad]
     """
-    suspension, of_cables = equilibrium.suspension, equilibrium.suspension.of_cables
-    changed = replace(equilibrium, catenary=equilibrium.catenary.coarser)
-    forces, others = (one.end_forces[:, of_cables] for one in (equilibrium, changed))
+    of_cables = finer.suspension.of_cables
+    forces, others = (one.end_forces[:, of_cables] for one in (finer, coarser))
     largest = np.maximum(size(forces).max(axis=-1), np.finfo(float).tiny)
     of_forces = (size(forces - others).max(axis=-1) / largest).max(axis=-1, initial=0.0)
-    of_ends = (changed.end_stiffness - equilibrium.end_stiffness)[:, of_cables]
-    relative = np.maximum(of_forces, stiffness_change(equilibrium, changed.blocks, of_ends))
-    net, _ = tangent.net_forces(
-        suspension, changed.rotation, changed.arms, changed.end_forces, np.zeros(changed.lengths.shape)
-    )
-    movement = np.zeros((len(net), *suspension.free.shape))
-    by_forces = tangent.free_values(suspension, net)[..., None]
-    movement[:, suspension.free] = tangent.displacements(equilibrium.blocks, suspension, by_forces)[..., 0]
-    return relative, movement
-
-
-@dataclass(frozen=True)
-class MovedState:
-    """n suspensions whose bodies have moved, and whose cables hang in the actual drag, out of balance perhaps."""
-
-    ends: np.ndarray  # (n, c + l, 2, 3): movement of the ends of cables and links [m]
-    net: np.ndarray  # (n, d): net force [N] and moment [N m] on the free degrees of freedom
-    # (n,): true where what is left out of balance is almost nothing of what the forces change, and cables are settled
-    balanced: np.ndarray
-    blocks: tangent.Blocks  # tangent stiffness, the drag as a dead load
-
-
-def _ends_moved(equilibrium, movement):
-    """Movements of all ends of cables and links by those of the bodies, (n, c + l, 2, 3), and attitudes after them."""
-    rotation = equilibrium.rotation + turn(movement[..., 3:]) @ equilibrium.rotation
-    ends = equilibrium.suspension.ends(equilibrium.position + movement[..., :3], rotation)
-    return ends - equilibrium.ends, rotation
-
-
-def _moved_state(equilibrium, drag, cables, movement, changes):
-    """`MovedState` of n cases.
-
-    Parameters
-    ----------
-    equilibrium : Equilibrium
-        Of the n cases in uniform drag.
-    drag : Drag
-    cables : CablesInDrag
-        The n c cables.
-    movement : ndarray, shape (n, b, 6)
-        Of the bodies and points from their equilibrium. [m], [rad]
-    changes : ChangesByDrag
-        Of the cables with these movements.
-    """
-    suspension, shape = equilibrium.suspension, (*equilibrium.lengths.shape, 3, 3)
-    ends, rotation = _ends_moved(equilibrium, movement)
-    links = equilibrium.links and equilibrium.links.moved(ends[:, shape[1] :])
-    of_cables = changes.end_tensions.reshape(*shape[:2], 2, 3) * np.array([1.0, -1.0])[:, None]
-    forces = equilibrium.end_forces + joined(of_cables, links and links.end_forces - equilibrium.links.end_forces)
-    stiffness = stiffness_of(changes.tensions, cables).reshape(shape)
-    loaded, arms = _with_wind_on_moved_bodies(equilibrium, drag, movement, rotation), suspension.arms(rotation)
-    net, _ = tangent.net_forces(loaded, rotation, arms, forces, np.zeros(shape[:2]))
-    blocks = tangent.stiffness_blocks(loaded, rotation, arms, forces, joined(stiffness, links and links.end_stiffness))
-    net = tangent.free_values(suspension, net)
-    left = np.abs(net / tangent.free_values(suspension, tangent.motion_units(suspension))).max(axis=-1, initial=0.0)
-    change, largest = (size(vectors).max(axis=(-2, -1)) for vectors in (forces - equilibrium.end_forces, forces))
-    balanced = left <= CABLE.settled_drag * np.maximum(change, CABLE.no_drag * largest)
-    balanced &= (changes.unsettled.reshape(shape[:2]) <= CABLE.known_drag).all(axis=-1)
-    return MovedState(ends, net, balanced, blocks)
+    of_ends = (coarser.end_stiffness - finer.end_stiffness)[:, of_cables]
+    relative = np.maximum(of_forces, stiffness_change(finer, coarser.blocks, of_ends))
+    turned = rotation_vector(coarser.rotation @ np.swapaxes(finer.rotation, -1, -2))
+    return relative, np.concatenate([coarser.position - finer.position, turned], axis=-1)
 
 
 def _with_wind_on_moved_bodies(equilibrium, drag, movement, rotation):
@@ -222,18 +177,16 @@ def _with_wind_on_moved_bodies(equilibrium, drag, movement, rotation):
     return replace(suspension, **loads)
 
 
-def _search(equilibrium, drag, cables, held, least):
-    """Find how far the actual drag moves the bodies of n cases, and the form of their cables.
+def _search(equilibrium, drag, steady, parts, least):
+    """Find how far the drag that varies along each cable moves the bodies of n cases.
 
     Each movement follows from the net forces by the tangent stiffness, to which the drag is a dead load. Since the drag
     follows the cables, after some steps the next movement is combined from several of those before (`next_argument`).
 
     Parameters
     ----------
-    equilibrium, drag, cables
-        As of `_moved_state`.
-    held : ChangesByDrag
-        Of the cables, their ends held.
+    equilibrium, drag, steady, parts
+        As of `_moved`.
     least : ndarray, shape (n,)
         Steps that end the search however small the movement is. [m]
 
@@ -241,48 +194,54 @@ def _search(equilibrium, drag, cables, held, least):
     -------
     movement : ndarray, shape (n, b, 6)
         Of bodies and points; zero where none was found. [m], [rad]
-    changes : ChangesByDrag
-        Of the n c cables with these movements.
     found : ndarray of bool, shape (n,)
     """
-    suspension, cases = equilibrium.suspension, np.arange(len(equilibrium.position))
-    movement, changes, tried = np.zeros((*equilibrium.position.shape[:2], 6)), held, []
-    if not suspension.free.any():
-        return movement, held, np.ones(len(cases), dtype=bool)
-    all_movements, all_changes, found = movement.copy(), copy_record(held), np.zeros(len(cases), dtype=bool)
-    units, count = tangent.motion_units(suspension), equilibrium.lengths.shape[1]
+    cases, units, tried = np.arange(len(least)), tangent.motion_units(equilibrium.suspension), []
+    movement, found = np.zeros(units.shape), np.zeros(len(cases), dtype=bool)
+    now, before = movement, np.full(len(cases), STUDY.tiny)
     for step in range(STUDY.drag_movements):
-        state = _moved_state(equilibrium, drag, cables, movement, changes)
-        further, longest = units * _movement(equilibrium.suspension, state), equilibrium.longest
-        of_step, of_all = (np.abs(moved).max(axis=(-2, -1)) for moved in (further, units * movement))
-        ended = state.balanced & (of_step <= np.maximum(CABLE.settled_form * of_all, least))
-        here, left = np.flatnonzero(ended), np.flatnonzero(~ended & np.isfinite(of_step))
-        found[cases[here]], all_movements[cases[here]] = True, movement[here]
-        assign_rows(all_changes, _of_cables(cases[here], count), take_rows(changes, _of_cables(here, count)))
-        if not len(left):
+        rough = step < STUDY.rough_movements
+        moved = _moved(equilibrium, drag, steady, now / units, 1 if rough else parts)
+        further = units * _movement(moved)
+        of_step, of_all = (np.abs(vectors).max(axis=(-2, -1)) for vectors in (further, now))
+        # the next step is as much smaller again, unless it is combined
+        rate = np.clip(of_step / before, CABLE.fastest_turns, 1.0) if step < STUDY.plain_movements else 1.0
+        small = rate * of_step <= np.maximum(CABLE.settled_form * of_all, least)
+        ended = small & _balanced(equilibrium, moved) & (not rough)
+        found[cases[ended]], movement[cases[ended]] = True, ((now + further) / units)[ended]
+        on = np.flatnonzero(~ended & np.isfinite(of_step))
+        if not len(on):
             break
-        if len(left) < len(cases):
-            of_left = _of_cables(left, count)
-            cables, changes = take_rows(cables, of_left), take_rows(changes, of_left)
-            cases, units, movement, further = (array[left] for array in (cases, units, movement, further))
-            longest, least = longest[left], least[left]
-            tried = [[array[left] for array in both] for both in tried]
-            equilibrium, drag = equilibrium.take(left), drag.take(left)
-        now, most = units * movement, STUDY.drag_movement * longest
+        if len(on) < len(cases):
+            equilibrium, drag, steady = equilibrium.take(on), drag.take(on), steady.take(on)
+            cases, units, least, now, further, of_step = (
+                array[on] for array in (cases, units, least, now, further, of_step)
+            )
+            tried = [[array[on] for array in both] for both in tried]
+        before, most = of_step, STUDY.drag_movement * equilibrium.longest
         tried = [*tried, [now, now + _limited(further, most)]][-STUDY.combined_movements :]
         following = tried[-1][1]
         if step >= STUDY.plain_movements:
             flat = np.array(tried).reshape(len(tried), 2, len(cases), -1)
             following = next_argument(flat[:, 0], flat[:, 1]).reshape(now.shape)
-        movement = (now + _limited(following - now, most)) / units
-        ends, _ = _ends_moved(equilibrium, movement)
-        changes = settled_changes(cables, ends[:, :count].reshape(-1, 2, 3), changes)
-    return all_movements, all_changes, found
+        now = now + _limited(following - now, most)
+    return movement, found
 
 
-def _of_cables(cases, count):
-    """Indices of the cables of some cases, `count` of each, among those of all."""
-    return (cases[:, None] * count + np.arange(count)).ravel()
+def _balanced(equilibrium, moved):
+    """True where bodies are left with almost nothing of what the forces change by drag that varies, shape (n,)."""
+    suspension, forces = moved.suspension, moved.end_forces
+    net = _net_forces(moved) / tangent.free_values(suspension, tangent.motion_units(suspension))
+    change, largest = (size(vectors).max(axis=(-2, -1)) for vectors in (forces - equilibrium.end_forces, forces))
+    balanced = np.abs(net).max(axis=-1) <= CABLE.settled_drag * np.maximum(change, CABLE.no_drag * largest)
+    return balanced & (moved.catenary.unsettled <= CABLE.known_drag).all(axis=-1)
+
+
+def _net_forces(equilibrium):
+    """Net forces [N] and moments [N m] on the d free degrees of freedom of n cases, shape (n, d)."""
+    suspension, none = equilibrium.suspension, np.zeros(equilibrium.lengths.shape)
+    of_all, _ = tangent.net_forces(suspension, equilibrium.rotation, equilibrium.arms, equilibrium.end_forces, none)
+    return tangent.free_values(suspension, of_all)
 
 
 def _limited(steps, most):
@@ -291,10 +250,11 @@ def _limited(steps, most):
     return steps * (most / np.maximum(largest, most))[:, None, None]
 
 
-def _movement(suspension, state):
-    """Movements of bodies by the net forces of a `MovedState`, (n, b, 6); zero where they are held. [m], [rad]"""
-    movement = np.zeros((len(state.net), *suspension.free.shape))
-    movement[:, suspension.free] = tangent.displacements(state.blocks, suspension, state.net[..., None])[..., 0]
+def _movement(equilibrium):
+    """Movements of bodies and points by the net forces on them, (n, b, 6); zero where they are held. [m], [rad]"""
+    suspension, net = equilibrium.suspension, _net_forces(equilibrium)
+    movement = np.zeros((len(net), *suspension.free.shape))
+    movement[:, suspension.free] = tangent.displacements(equilibrium.blocks, suspension, net[..., None])[..., 0]
     return movement
 
 

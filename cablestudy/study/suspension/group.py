@@ -22,7 +22,7 @@ from cablestudy.study.cable_columns import utilisation_of
 from cablestudy.study.one_cable.loaded_cables import LoadedCables
 from cablestudy.study.one_cable.results import Results
 from cablestudy.study.suspension.conductors import conductors_of
-from cablestudy.study.suspension.drag_change import change_by_fewer_parts, drag_on_cables, equilibrium_in_drag
+from cablestudy.study.suspension.drag_change import changes_by_fewer_parts, drag_on_cables, equilibria_in_drag
 from cablestudy.study.suspension.equilibrium_errors import EquilibriumErrors
 from cablestudy.study.suspension.load_cases import (
     cables_left,
@@ -233,14 +233,15 @@ class Group:
         """True if the load cases have a steady wind."""
         return self._loaded is not None and self._loaded.drag is not None
 
-    @cached_property
+    @property
     def rest(self):
         """`Equilibrium` of all cases where they rest: in a steady wind, with drag that varies along each cable."""
-        return self._rest_of(self._loaded) if self.in_steady_wind else self.equilibrium
+        return self._in_steady_wind[self._drag_parts] if self.in_steady_wind else self.equilibrium
 
-    def _rest_of(self, loaded):
-        """`Equilibrium` of a `LoadedState` in drag that varies along each cable."""
-        return equilibrium_in_drag(loaded.equilibrium, loaded.drag, self._drag_parts)
+    @cached_property
+    def _in_steady_wind(self):
+        """`equilibria_in_drag` of all cases."""
+        return equilibria_in_drag(self.equilibrium, self._loaded.drag, STUDY.drag_parts)
 
     @cached_property
     def coarser(self):
@@ -248,8 +249,7 @@ class Group:
         if not self.in_steady_wind or self._drag_parts < STUDY.drag_parts:
             return None
         coarser = copy(self)
-        for name in ("rest", "cables", "_rest_unforced"):
-            coarser.__dict__.pop(name, None)
+        coarser.__dict__.pop("cables", None)
         coarser._drag_parts, coarser._coordinates = self._drag_parts // 2, {}
         return coarser
 
@@ -300,7 +300,9 @@ class Group:
                 raise failure
         unforced = self._unforced.equilibrium
         uncertainty = self.equilibrium.uncertainty.pose[index] + unforced.uncertainty.pose[index]
-        return self.rest.position[index] - self._rest_unforced.position[index], uncertainty[:, :3]
+        if self.in_steady_wind:
+            unforced = self._unforced_in_steady_wind[self._drag_parts]
+        return self.rest.position[index] - unforced.position[index], uncertainty[:, :3]
 
     @cached_property
     def _steady_drag(self):
@@ -324,9 +326,9 @@ class Group:
         return self._mean_drag and self._mean_drag.take(index)
 
     @cached_property
-    def _rest_unforced(self):
-        """`rest` of the load cases without their forces."""
-        return self._rest_of(self._unforced) if self.in_steady_wind else self._unforced.equilibrium
+    def _unforced_in_steady_wind(self):
+        """`equilibria_in_drag` of the load cases without their forces."""
+        return equilibria_in_drag(self._unforced.equilibrium, self._unforced.drag, STUDY.drag_parts)
 
     def coordinates(self, body, axis):
         """A coordinate of a body or free point in all cases, 0 where it is rounding, and its estimated relative error.
@@ -401,24 +403,29 @@ class Group:
         steady = self._loaded and self._loaded.drag
         return steady and replace(steady.take(index), profile=steady.profile and steady.profile.take([index]))
 
-    @cached_property
+    @property
     def in_motion(self):
         """`Equilibrium` of all cases about which they move: `in_mean_wind`, with drag that varies along each cable."""
+        return self.in_mean_wind[0] if self._in_moving_air is None else self._in_moving_air[self._drag_parts]
+
+    @cached_property
+    def _in_moving_air(self):
+        """`equilibria_in_drag` about which all cases move; None without wind on cables."""
         equilibrium, drag = self.in_mean_wind
         if equilibrium is self.equilibrium:
-            return self.rest
-        return equilibrium_in_drag(equilibrium, drag, self._drag_parts) if drag.cables.any() else equilibrium
+            return self._in_steady_wind if self.in_steady_wind else None
+        return equilibria_in_drag(equilibrium, drag, STUDY.drag_parts) if drag.cables.any() else None
 
     @cached_property
     def _change_by_fewer_parts(self):
-        """`change_by_fewer_parts` of `in_motion`; None without wind on cables.
+        """`changes_by_fewer_parts` of `in_motion`; None without wind on cables.
 
         `least_errors` of the cables count too, of movements what the search left, as a share of the largest one by the
         wind; it is `CABLE.unknown_error` where no equilibrium was found.
         """
-        if self._drag_in_motion is None:
+        if self._in_moving_air is None:
             return None
-        relative, movement = change_by_fewer_parts(self.in_motion)
+        relative, movement = changes_by_fewer_parts(*self._in_moving_air.values())
         form = self.in_motion.catenary
         least, unsettled = (error.max(axis=-1, initial=0.0) for error in (form.least_errors, form.unsettled))
         now, before = self.in_motion, self.without_wind
