@@ -312,4 +312,4 @@ def largest_ratio(change, matrices):
 
 def bounded_errors(error):
     """Estimated errors that are numbers, none of them larger than `unknown_error`."""
-    return np.minimum(np.nan_to_num(error, nan=CABLE.unknown_error), CABLE.unknown_error)
+    return np.fmin(error, CABLE.unknown_error)
