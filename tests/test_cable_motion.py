@@ -231,12 +231,12 @@ def test_a_row_without_wind_lacks_it_and_leaves_the_others(bare):
     assert "needs the key wind" in rows[1].status
 
 
-def test_in_a_steady_wind_the_error_of_uniform_drag_is_stated_and_refuses_nothing():
-    """Truth: elements that follow the drag along the cable."""
+def test_in_a_steady_wind_motion_is_about_the_form_in_drag_along_the_cable():
+    """Truth: elements that follow the drag; in uniform drag it would be 1e-3 wrong."""
     names = "midspan_rms", "tension_rms"
     sets = "case=storm", "wind={speed: 20 m/s, turbulence_intensity: 0.15, length_scale: 80 m}"
     row = solve(scene(*sets, base=CONFIGS / "guy.yaml"), *names)
     true = cells(scene(*sets, "model={elements: 4, order: 8}", base=CONFIGS / "guy.yaml"), *names)
     assert row.status == "ok"
     for name in names:
-        assert 1e-5 < abs(row.values[name] / true[name] - 1) < row.errors[name] < 2e-3
+        assert abs(row.values[name] / true[name] - 1) < row.errors[name] < 1e-4

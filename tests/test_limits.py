@@ -156,11 +156,17 @@ def test_a_column_that_cables_have_in_one_case_is_compared_there():
 
 
 FREQUENCY = "outofplane_frequency_1"
+# over a pointed hill the drag changes sharply along the span
+HILL = (
+    "ground=[[0, 0], [100 m, 2 m], [150 m, 9 m], [170 m, 0], [300 m, 0]]",
+    "cases.storm.wind={speed: 30 m/s, direction: 90 deg, at: 10 m, exponent: 0.2}",
+    "model.accuracy=1e-8",
+)
 
 
-def frequency_in_storm():
-    """FREQUENCY of line.yaml in its storm, and its stated relative error, by the drag. [Hz], [-]"""
-    row = solve(load_scene("line.yaml", ["case=storm"])[1], FREQUENCY)
+def frequency_in_storm(*sets):
+    """FREQUENCY of line.yaml in its storm, and its stated relative error. [Hz], [-]"""
+    row = solve(load_scene("line.yaml", ["case=storm", *sets])[1], FREQUENCY)
     return row.values[FREQUENCY], row.errors[FREQUENCY]
 
 
@@ -178,24 +184,22 @@ def test_a_margin_below_the_stated_error_is_undecided(share):
         assert f"a (storm): the stated error is larger than the margin: {FREQUENCY} <=" in done.lines[-1]
 
 
-@pytest.mark.parametrize(("factor", "warned"), [(1 + 1e-4, "undecided: a (storm)"), (1 + 4e-4, "not met: a (cold)")])
-def test_a_load_case_that_does_not_govern_may_be_undecided(factor, warned):
+@pytest.mark.parametrize(("share", "warned"), [(0.2, "undecided: a (storm)"), (0.8, "not met: a (cold)")])
+def test_a_load_case_that_does_not_govern_may_be_undecided(share, warned):
     """A frequency on a cold day, of small error, governs; that in a storm is below the limit by less than its error.
 
     Nothing is undecided where the cold day exceeds the limit for certain.
     """
-    value, error = frequency_in_storm()
-    assert error > 4e-4
+    value, error = frequency_in_storm(*HILL)
+    assert error > 1e-5
 
     def excess(temperature):
-        cold = load_scene("line.yaml", ["case=cold", f"cases.cold.temperature={temperature!r}", "model.accuracy=1e-8"])[
-            1
-        ]
-        return solve(cold, FREQUENCY).values[FREQUENCY] - factor * value
+        cold = load_scene("line.yaml", ["case=cold", f"cases.cold.temperature={temperature!r}", *HILL])[1]
+        return solve(cold, FREQUENCY).values[FREQUENCY] - (1 + share * error) * value
 
-    cold = f"cases.cold.temperature={brentq(excess, 230, 290)!r}"
-    limit = f"limits={{a: {{that: {FREQUENCY} <= {(1 + 2e-4) * value!r} Hz, cases: [cold, storm]}}}}"
-    done = run("static", "line.yaml", "--limits", *with_sets(cold, limit, "model.accuracy=1e-6"), code=None)
+    cold = f"cases.cold.temperature={brentq(excess, 180, 290)!r}"
+    limit = f"limits={{a: {{that: {FREQUENCY} <= {(1 + error / 2) * value!r} Hz, cases: [cold, storm]}}}}"
+    done = run("static", "line.yaml", "--limits", *with_sets(cold, limit, *HILL), code=None)
     assert [line[: len(warned)] for line in done.lines] == [warned]
 
 

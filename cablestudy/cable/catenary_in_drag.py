@@ -17,6 +17,7 @@ from cablestudy.cable.drag_search import (
 )
 from cablestudy.cable.element import lagrange
 from cablestudy.cable.geometry import midspan, sag_and_swing
+from cablestudy.cable.matrices import largest_ratio
 from cablestudy.cable.records import take_rows, with_arrays
 from cablestudy.cable.segment import SegmentedCable, inverse_symmetric
 from cablestudy.cable.tolerances import CABLE
@@ -280,31 +281,20 @@ class CatenaryInDrag(SegmentedCable):
         changed = inverse_symmetric(tuple(entry + length * (new - old) for entry, new, old in entries))
         return np.where((self.slack | self.folded)[..., None, None], self.catenary.end_stiffness, changed)
 
-    # ------------------------------------------------------------------- changes of the form in uniform drag
+    @property
+    def force_change(self):
+        """Change of the forces at both ends by half as many parts, over the largest one, shape (...). [-]"""
+        forces, others = (form.end_forces("global") for form in (self, self.coarser))
+        return size(forces - others).max(axis=-1) / np.maximum(size(forces).max(axis=-1), np.finfo(float).tiny)
 
     @property
-    def relative_change(self):
-        """Largest change of the tension vector over the tension, or of the form over its offset, shape (...). [-]
+    def mode_errors(self):
+        """Relative errors of the frequencies of one cable by the parts on which drag is a polynomial, shape (...). [-]
 
-        The offset is the distance of mid-length from the chord.
+        Half as many change its tension and stiffness by so much, and frequencies by about half as much.
         """
-        actual, uniform = self._tensions
-        tiny = np.finfo(float).tiny
-        of_tension = (size(actual - uniform) / np.maximum(size(uniform), tiny)).max(axis=-1)
-        middle = np.array([0.5])
-        of_form = size(self._by_slope(middle)) / np.maximum(size(self.catenary.at(middle)[0]), tiny)
-        return self._stated(np.maximum(of_tension, of_form[..., 0]))
-
-    @property
-    def form_change(self):
-        """Largest movement of a point over the distance of mid-length from the chord, shape (...). [-]"""
-        largest = size(self._by_slope(self.pieces.points)).max(axis=-1)
-        offset = size(self.catenary.at(np.array([0.5]))[0])[..., 0]
-        return self._stated(np.divide(largest, offset, out=np.where(largest > 0, np.inf, 0.0), where=offset > 0))
-
-    def _stated(self, change):
-        """Relative changes as errors of the form in uniform drag."""
-        return bounded_errors(CABLE.second_order * (change + self.unsettled))
+        of_stiffness = largest_ratio(self.coarser.end_stiffness - self.end_stiffness, self.end_stiffness)
+        return bounded_errors(np.maximum(self.force_change, of_stiffness) + self.least_errors)
 
     # ------------------------------------------------------------------------------------------- at mid-span
 

@@ -67,7 +67,7 @@ def drag_where_it_acts(drag, catenary, parts):
 
 def _found_in_small_steps(cables, catenary):
     """`FoundDrag` on `CablesOnParts` that few turns do not settle, by `settled_changes`; uniform where nothing does."""
-    in_axes = CablesInDrag.of(cables.drag, catenary, pieces=cables.pieces)
+    in_axes = CablesInDrag.of(cables.drag, catenary, cables.pieces)
     changes = settled_changes(in_axes)
     known, frame = changes.unsettled <= CABLE.known_drag, np.swapaxes(cables.frame, -1, -2)
     constant, difference, tension = (

@@ -1,4 +1,4 @@
-"""Functions of matrices of coupled systems: factors, modes by Lanczos iteration, shares of modes in a compliance."""
+"""Functions of matrices of coupled systems: factors, modes by Lanczos iteration, shares in a compliance, changes."""
 
 import numpy as np
 
@@ -192,3 +192,23 @@ def lanczos_modes(size, solve, weigh, count):
 def lanczos_basis(size, count):
     """Number of vectors in the basis of `lanczos_modes`."""
     return min(size, max(2 * count + 10, 30))
+
+
+def largest_ratio(change, matrices):
+    """Largest size of x^T D x over x^T K x of changes D and matrices K, shapes (..., d, d): shape (...). [-]
+
+    Not a number where K is not positive definite, or one of them has entries that are no numbers.
+    """
+    scale = np.sqrt(np.abs(np.diagonal(matrices, axis1=-2, axis2=-1)))
+    scale = np.where(scale > 0, scale, 1.0)
+    scale = scale[..., :, None] * scale[..., None, :]
+    known = np.isfinite(change + matrices).all(axis=(-2, -1))
+    change, matrices = (
+        np.where(known[..., None, None], (array + np.swapaxes(array, -1, -2)) / (2 * scale), 0.0)
+        for array in (change, matrices)
+    )
+    values, vectors = np.linalg.eigh(matrices)
+    positive = (values > 0).all(axis=-1)
+    root = vectors / np.sqrt(np.where(positive[..., None], values, 1.0))[..., None, :]
+    ratios = np.abs(np.linalg.eigvalsh(np.swapaxes(root, -1, -2) @ change @ root)).max(axis=-1)
+    return np.where(positive, ratios, np.nan)

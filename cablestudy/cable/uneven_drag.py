@@ -1,8 +1,5 @@
 """Change of cables in a steady wind due to the drag where they hang, in place of the drag that is uniform along each.
 
-Statics, and modes and motion of suspensions, have it (`catenary_in_drag`); of modes and of the motion of one cable,
-which take the drag as uniform, it is an error.
-
 The tension vector at a point is N = N_0 + c - integral of d, with N_0 under the uniform drag, d(s) the drag where the
 cable hangs less the uniform one, and c the constant vector for which the ends stay where they are, or go where they
 move: the integral of r' = N/EA + N/|N| is the chord. d depends on the form: c and d are found in turns, c by Newton's
@@ -29,9 +26,6 @@ class ChangesByDrag:
 
     Attributes
     ----------
-    relative : ndarray, shape (n,)
-        The larger one of the change of the tension vector over the tension and of the movement at mid-length over the
-        distance from the chord there; of cables whose ends are held. [-]
     end_tensions : ndarray, shape (n, 2, 3)
         Change of the tension vector at both ends, global axes. [N]
     displacement : ndarray, shape (n, j, 3)
@@ -44,7 +38,6 @@ class ChangesByDrag:
         Last change of tension vectors and form in the search, over all of their change. [-]
     """
 
-    relative: np.ndarray
     end_tensions: np.ndarray
     displacement: np.ndarray
     tensions: np.ndarray
@@ -67,11 +60,10 @@ class CablesInDrag:
     uniform_drag: np.ndarray  # (n, 1, 3): over the drag at right angles to the wind [-]
     at_points: np.ndarray  # (n, j, 3): tension vectors N_0 [N]
     at_ends: np.ndarray  # (n, 2, 3): N_0 at both ends [N]
-    offset: np.ndarray  # (n, 1): distance of mid-length from the chord over the unstretched length [-]
     positions: np.ndarray | None  # (n, j, 3): of the points from ends 1, where the wind has a profile [m]
 
     @classmethod
-    def of(cls, drag, catenary, stretched=False, pieces=None):
+    def of(cls, drag, catenary, pieces, stretched=False):
         """Make `CablesInDrag` of n equilibria.
 
         Parameters
@@ -80,24 +72,26 @@ class CablesInDrag:
             Drag on the n cables.
         catenary : Catenary
             Equilibria of the n cables under the uniform drag, between fixed ends.
+        pieces : Pieces
+            Of the cables.
         stretched : bool
             Whether the uniform drag was computed for the stretched length, not for the unstretched one.
-        pieces : Pieces, optional
-            Of the cables; by default between their loads.
         """
-        span, pieces = catenary.span, Pieces.of(catenary) if pieces is None else pieces
+        span = catenary.span
         uniform_drag = drag.times_mean_pressure(across(drag.direction, span.frame[..., 0, :]))[:, None]
         if stretched:
             uniform_drag = uniform_drag * (1 + catenary.mean_tension / span.axial_stiffness)[:, None, None]
         at_points, at_ends = (
             span.in_frame(catenary.tension_at(points), "global") for points in (pieces.points, np.array([0.0, 1.0]))
         )
-        offset = size(span.in_frame(catenary.at(np.array([0.5]))[0], "global"))
+        stiffness, length = (
+            np.asarray(array)[..., None, None] for array in (span.axial_stiffness, span.unstretched_length)
+        )
         positions = None if drag.profile is None else points_along(catenary, pieces.points)
-        return cls(drag, pieces, *stiffness_and_length(span), uniform_drag, at_points, at_ends, offset, positions)
+        return cls(drag, pieces, stiffness, length, uniform_drag, at_points, at_ends, positions)
 
     def changes(self, ends=None, start=None, steps=CABLE.drag_steps, share=1.0):
-        """Compute how the equilibria change in the actual drag: the errors of results with uniform drag.
+        """Compute how the equilibria change in the actual drag.
 
         Parameters
         ----------
@@ -123,11 +117,10 @@ class CablesInDrag:
         at_points, none = self.at_points, np.zeros((len(self.at_points), 1, 3))
         from_end, apart = (none, none) if ends is None else (ends[:, :1] / length, (ends[:, 1:] - ends[:, :1]) / length)
         uniform_slope, tension, tangent = slope_of(at_points, stiffness)
-        constant, displacement, difference, at_middle = none, np.zeros_like(at_points), 0.0, none
+        constant, displacement, difference = none, np.zeros_like(at_points), 0.0
         if start is not None:
             constant, displacement, difference = start.constant, start.displacement / length, start.difference
             _, tension, tangent = slope_of(start.tensions, stiffness)
-        before_middle = (pieces.points < 0.5)[..., None]
         for _ in range(steps):
             # the drag where the cable hangs now, then Newton steps of c for it, then the new form
             shift = length * displacement
@@ -142,21 +135,14 @@ class CablesInDrag:
                 constant = constant - step
             slope, tension, tangent = slope_of(without_constant + constant, stiffness)
             previous, displacement = displacement, from_end + pieces.running_integral(slope - uniform_slope)
-            last_at_middle, at_middle = at_middle, pieces.integral((slope - uniform_slope) * before_middle)
         tensions = without_constant + constant
         at_both = constant - np.concatenate([none, pieces.integral(difference)], axis=1)
-        # both relative changes, to which the last steps of the iteration are added, of c and of the form
-        tiny = np.finfo(float).tiny
         force = np.concatenate([at_points, self.at_ends], axis=1)
         change = size(np.concatenate([tensions - at_points, at_both], axis=1))
-        with np.errstate(over="ignore"):  # changes of what was nothing before are infinite
-            of_force = ((change + size(step)) / np.maximum(size(force), tiny)).max(axis=-1)
-            of_form = (size(at_middle) + size(at_middle - last_at_middle)) / np.maximum(self.offset, tiny)
         of_all = np.maximum(size(displacement).max(axis=-1), CABLE.no_drag)
         of_tension = np.maximum(change.max(axis=-1), CABLE.no_drag * size(force).max(axis=-1))
         unsettled = np.maximum(size(displacement - previous).max(axis=-1) / of_all, size(step)[:, 0] / of_tension)
-        relative = np.maximum(of_force, of_form[:, 0])
-        return ChangesByDrag(relative, at_both, length * displacement, tensions, constant, difference, unsettled)
+        return ChangesByDrag(at_both, length * displacement, tensions, constant, difference, unsettled)
 
 
 @dataclass(frozen=True)
@@ -168,7 +154,7 @@ class Pieces:
     weights: np.ndarray  # (n, j, 1): they add up to 1 [-]
 
     @classmethod
-    def of(cls, catenary, parts=1):
+    def of(cls, catenary, parts):
         """The `Pieces` of n cables between their loads, and on both sides of mid-length, each in equal parts."""
         loaded = np.pad(catenary.span.load_forces.any(axis=-1), ((0, 0), (1, 1)), constant_values=True)
         edges = np.where(loaded, catenary.edges, 1.0)
@@ -208,13 +194,9 @@ def _newton_step(slope_change, tension, tangent, pieces, stiffness, share):
 
 def stiffness_of(tensions, cables):
     """Static stiffness of end 2, end 1 held, of `CablesInDrag` with these tension vectors, shape (n, 3, 3). [N/m]"""
-    return _end_stiffness(tensions, cables.pieces.weights, cables.stiffness, cables.length)
-
-
-def _end_stiffness(tensions, weights, stiffness, length):
-    """Static stiffness of end 2, end 1 held, by tension vectors at points, shape (..., 3, 3). [N/m]"""
-    _, tension, tangent = slope_of(tensions, stiffness)
-    return of_each(np.linalg.inv, np.nan, flexibility(tension, tangent, weights, stiffness)) / length
+    _, tension, tangent = slope_of(tensions, cables.stiffness)
+    matrix = flexibility(tension, tangent, cables.pieces.weights, cables.stiffness)
+    return of_each(np.linalg.inv, np.nan, matrix) / cables.length
 
 
 def flexibility(tension, tangent, weights, stiffness):
@@ -222,11 +204,6 @@ def flexibility(tension, tangent, weights, stiffness):
     weights = weights / tension
     of_tension = (weights.sum(axis=-2, keepdims=True) + 1 / stiffness) * np.eye(3)
     return of_tension - np.swapaxes(weights * tangent, -1, -2) @ tangent
-
-
-def stiffness_and_length(span):
-    """EA [N] and unstretched lengths [m] of cables, each of shape (..., 1, 1)."""
-    return (np.asarray(array)[..., None, None] for array in (span.axial_stiffness, span.unstretched_length))
 
 
 def slope_of(force, stiffness):
@@ -274,40 +251,6 @@ def settled_changes(cables, ends=None, start=None):
         better = np.flatnonzero(more.unsettled < changes.unsettled[unsettled])
         assign_rows(changes, unsettled[better], take_rows(more, better))
     return changes
-
-
-def errors_of_modes(error, of_form, of_stiffness):
-    """Relative errors of frequencies due to drag taken as uniform. [-]
-
-    The square of a frequency is a sum of parts that grow with the tension and with the square of the curvature, or with
-    the stiffness of cables at their ends.
-
-    Parameters
-    ----------
-    error, of_form, of_stiffness : ndarray or float
-        `DragErrors.error` and `form_error`, and the `largest_ratio` of the change of the stiffness.
-    """
-    return np.maximum(np.maximum(error, error / 2 + of_form), of_stiffness / 2)
-
-
-def largest_ratio(change, matrices):
-    """Largest size of x^T D x over x^T K x of changes D and matrices K, shapes (..., d, d): shape (...). [-]
-
-    Not a number where K is not positive definite, or one of them has entries that are no numbers.
-    """
-    scale = np.sqrt(np.abs(np.diagonal(matrices, axis1=-2, axis2=-1)))
-    scale = np.where(scale > 0, scale, 1.0)
-    scale = scale[..., :, None] * scale[..., None, :]
-    known = np.isfinite(change + matrices).all(axis=(-2, -1))
-    change, matrices = (
-        np.where(known[..., None, None], (array + np.swapaxes(array, -1, -2)) / (2 * scale), 0.0)
-        for array in (change, matrices)
-    )
-    values, vectors = np.linalg.eigh(matrices)
-    positive = (values > 0).all(axis=-1)
-    root = vectors / np.sqrt(np.where(positive[..., None], values, 1.0))[..., None, :]
-    ratios = np.abs(np.linalg.eigvalsh(np.swapaxes(root, -1, -2) @ change @ root)).max(axis=-1)
-    return np.where(positive, ratios, np.nan)
 
 
 def bounded_errors(error):

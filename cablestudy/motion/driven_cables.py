@@ -352,7 +352,7 @@ class DrivenCables:
             raise too_many(self._gain_in_words, count, CONTROL.driven_modes, self._highest_driven.max(initial=0.0))
         return needed
 
-    def loop_gain_of(self, kept, models=None):
+    def loop_gain_of(self, kept):
         """Build the loop gain L divided by the gain g, L/g = P Z^-1 F A C1 N, with chosen modes of each cable.
 
         At a complex frequency s, Z is the dynamic stiffness of the bodies on their cables, F the forces on the bodies
@@ -363,8 +363,6 @@ class DrivenCables:
         ----------
         kept : list of ReducedCable
             Modes of each cable, and vectors that represent its other modes.
-        models : Models, optional
-            Elements of the cables that have these modes. Default: `models` of this object.
 
         Returns
         -------
@@ -378,7 +376,7 @@ class DrivenCables:
         own_loads = plant.winched_ends.loads(dense(layout.connection)[None], layout.free)[0]
         loop_gain = LoopGain(
             plant.bodies,
-            elements=self.elements_of(models or self.models, kept),
+            elements=self.elements_of(kept),
             connection=with_strokes(effects.connection, strokes),
             reeling=effects.reeling,
             winch_loads=with_strokes(own_loads.T, strokes).T,
@@ -389,9 +387,9 @@ class DrivenCables:
         )
         return closed_loop.untuned_loop.unit_gain if loop_gain.ill_conditioned else loop_gain
 
-    def elements_of(self, models, kept):
-        """`Superelement` of each cable in the loop gain, in the air: list; arguments are those of `loop_gain_of`."""
-        return [in_air.element for in_air in self.closed_loop.plant.in_air(models, kept)]
+    def elements_of(self, kept):
+        """`Superelement` of each cable in the loop gain, in the air: list; `kept` is that of `loop_gain_of`."""
+        return [in_air.element for in_air in self.closed_loop.plant.in_air(self.models, kept)]
 
     @computed_together
     def poles(trials):

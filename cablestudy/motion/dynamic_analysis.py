@@ -46,8 +46,6 @@ class DynamicAnalysis:
         Number of modes -> `CoupledModes` of this equilibrium, or the error that says why there are none; to be filled,
         by `solve_modes` for many cases at once. The key (number, "shaped") is that of modes for mid-spans, `shaped` of
         `Search`. Cases of this equilibrium in other winds share the dict too.
-    mean_drag : SteadyDrag, optional
-        As of `Plant`.
     midspans, points : bool
         As of `Plant`: whether outputs have the mid-spans of cables; whether free points are as accurate as bodies.
     fewest_modes : int
@@ -64,7 +62,6 @@ class DynamicAnalysis:
     plants_and_loops: dict
     cables: object = None
     modes: dict = field(default_factory=dict)
-    mean_drag: object = None
     midspans: bool = False
     points: bool = False
     fewest_modes: int = 0
@@ -107,7 +104,7 @@ class DynamicAnalysis:
         if plant not in shared:
             modes, loops = self._modes_of(computed).first(count), shared.setdefault(("loops", winches), {})
             arguments = scene, self.equilibrium, self.airflow, modes, self.sizes.accuracy, self.model
-            others = {"midspans": self.midspans, "points": self.points, "mean_drag": self.mean_drag}
+            others = {"midspans": self.midspans, "points": self.points}
             shared[plant] = Plant(*arguments, loops=loops, responses=responses, **others)
         if closed_loop not in shared:
             shared[closed_loop] = ClosedLoop(scene, shared[plant])

@@ -17,7 +17,7 @@ class LoopGainErrors:
     """Errors of the largest stable gain and of margins, from what the loop gain of `DrivenCables` leaves open.
 
     They are found by comparison with other loop gains: of cables changed by the errors of their models, of cables whose
-    drag turns with their modes or varies along them, or with other vectors in place of the highest modes.
+    drag turns with their modes, or with other vectors in place of the highest modes.
 
     Parameters
     ----------
@@ -47,23 +47,15 @@ class LoopGainErrors:
         loop_gains = [replace(loop_gain, elements=elements, near=loop_gain) for elements in perturbed]
         if self._vectors_used:
             fewer = driven.models.with_modes(driven.modes_in_loop(driven.models, MOTION.coarser_share))
-            loop_gains.append(replace(loop_gain, elements=driven.elements_of(driven.models, fewer)))
+            loop_gains.append(replace(loop_gain, elements=driven.elements_of(fewer)))
         return loop_gains
 
     @cached_property
     def by_drag(self):
-        """Loop gains of cables whose drag turns with their modes, or varies along them, ends unmoved: list.
-
-        The first of cables with load stiffness, which the loop gain has as at rest; the second where the equilibrium
-        takes drag as uniform along each cable.
-        """
-        driven, drag = self._driven, self._driven.closed_loop.plant.mean_drag
-        turns = any(element.load_stiffness is not None for element in driven.loop_gain.elements)
-        found = [replace(driven.loop_gain, moving_loads=True)] if turns else []
-        if drag is not None and drag.normal_drag.any():
-            models = driven.models.in_drag(drag)
-            found.append(driven.loop_gain_of(models.with_modes(driven.modes_in_loop(models)), models))
-        return found
+        """Loop gain of cables whose drag turns with their modes too, not with their ends alone: list of one or none."""
+        loop_gain = self._driven.loop_gain
+        turns = any(element.load_stiffness is not None for element in loop_gain.elements)
+        return [replace(loop_gain, moving_loads=True)] if turns else []
 
     def _mesh_errors(self, group):
         """Estimated relative errors due to the mesh: of the frequencies W of n modes of each cable of a `MeshGroup`.

@@ -103,8 +103,6 @@ class Plant:
         True if the displacements of the cables at mid-span are outputs.
     points : bool
         True if static responses to loads on free points are coordinates too, as those to loads on bodies always are.
-    mean_drag : SteadyDrag or None
-        Drag of the wind on the cables, shape (c,), if the equilibrium takes it as uniform along each.
     """
 
     scene: object
@@ -119,7 +117,6 @@ class Plant:
     complete: bool = False
     midspans: bool = False
     points: bool = False
-    mean_drag: object = None
 
     def __post_init__(self):
         self.drag, self.layout = self.airflow and self.airflow.drag, self.modes.layout

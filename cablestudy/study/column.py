@@ -54,7 +54,7 @@ class Column:
     whole: Callable | None = None
     of_reference: bool = False  # by the reference state alone, in which no steady wind blows
     any_error: bool = False  # whether it has the error that it reaches, which may be above the accuracy of the model
-    follows_drag: bool = False  # whether its error counts what drag that is taken as uniform leaves, if anything
+    follows_drag: bool = False  # whether its function counts the error by drag of the wind, if there is any
 
     @property
     def least_error(self):

@@ -20,7 +20,6 @@ from cablestudy.errors import outcome_of
 from cablestudy.system.cable_coordinates import Coordinates, MeshGroup
 from cablestudy.system.condensed_cables import CondensedCables
 from cablestudy.system.ends import Ends, EndsOfAllMotion, EndsOfLarge
-from cablestudy.system.hanging_cables import Cables
 from cablestudy.system.together import batches, computed_together
 from cablestudy.system.tolerances import SYSTEM
 
@@ -102,11 +101,6 @@ class Models:
             meshes = [other[mesh] for mesh in self.meshes]
             self._on_other_meshes[coarser] = Models(self.cables, meshes, most_modes=most, in_modes=False)
         return self._on_other_meshes[coarser]
-
-    def in_drag(self, drag):
-        """`Models` on the same meshes whose elements are in their own equilibrium under a `SteadyDrag`, shape (c,)."""
-        cables = Cables(self.cables.catenary, self.cables.damping, drag=drag)
-        return Models(cables, self.meshes, True, self._most_modes)
 
     @computed_together
     def groups(models):

@@ -103,7 +103,7 @@ def mesh_of(case):
     results, index = case.results, case.index
     pieces, point_masses = results.pieces(index), case.point_masses
     if case.level is not None:
-        return mesh_by_waves(results.catenary, index, pieces, *case.level, point_masses)
+        return mesh_by_waves(results.form, index, pieces, *case.level, point_masses)
     return fixed_mesh(results, index, point_masses)
 
 
@@ -210,8 +210,8 @@ def _solve_group(results, cases, mesh, level):
         results.check(case)
     if level is None:
         return solve_elements(results, np.array(cases), mesh)
-    catenary = results.catenary.take(np.array(cases))
-    return BatchElements(equilibrium.from_catenary(catenary, mesh), None, catenary.span, level[0])
+    form = results.form.take(np.array(cases))
+    return BatchElements(equilibrium.from_catenary(form, mesh), None, form.span, level[0])
 
 
 def solve_elements(results, cases, mesh):

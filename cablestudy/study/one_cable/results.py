@@ -13,7 +13,6 @@ from cablestudy.cable.newton import UNDETERMINED
 from cablestudy.cable.span import CORES
 from cablestudy.cable.taut import lambda_squared
 from cablestudy.cable.tolerances import CABLE
-from cablestudy.cable.uneven_drag import bounded_errors, errors_of_modes, largest_ratio
 from cablestudy.cable.vectors import row_keys
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.column import LIMP, of_part
@@ -234,10 +233,10 @@ class Results:
         """True where a cable is its own mirror image at mid-length, shape (n,)."""
         return self.span.mirror_symmetric & ~self._uneven
 
-    @cached_property
+    @property
     def _uneven(self):
-        """True where drag changes along a cable: in a steady wind, with a fixed number of elements, shape (n,)."""
-        return (self.drag.normal_drag > 0) & np.isfinite(self.given("model.elements"))
+        """True where the drag of a steady wind changes along a cable, shape (n,)."""
+        return self.drag.normal_drag > 0
 
     @cached_property
     def drag(self):
@@ -306,20 +305,10 @@ class Results:
 
     @cached_property
     def mode_error(self):
-        """Relative error of all frequencies, shape (n,): that of the model, and by drag taken as uniform. [-]
-
-        The cables move about their form in uniform drag.
-        """
+        """Relative error of all frequencies, shape (n,): that of the model, and by drag. [-]"""
         if not self.in_steady_wind:
             return self.model_error
-        of_stiffness = bounded_errors(
-            CABLE.second_order
-            * largest_ratio(
-                self.form.global_end_stiffness - self.catenary.global_end_stiffness, self.catenary.global_end_stiffness
-            )
-        )
-        of_modes = errors_of_modes(self.form.relative_change, self.form.form_change, of_stiffness)
-        return np.where(self.drag.normal_drag > 0, of_modes, 0.0) + self.model_error
+        return self.form.mode_errors + self.model_error
 
     @cached_property
     def sag_rounding(self):
@@ -337,7 +326,7 @@ class Results:
         Its rounding acts over the short piece that has this tension.
         """
         largest = self.statics.max_tension
-        least = np.maximum(self.catenary.min_tension, CABLE.folded * largest)
+        least = np.maximum(self.form.min_tension, CABLE.folded * largest)
         steep = np.divide(largest, least, out=np.ones_like(largest), where=least > 0)  # not without tension
         return np.maximum(np.maximum(STUDY.rounding, self.length_rounding), STUDY.epsilon * steep**0.75)
 
@@ -368,7 +357,7 @@ class Results:
     @cached_property
     def folded(self):
         """True where a cable has almost no tension somewhere, shape (n,)."""
-        return self.catenary.folded
+        return self.form.folded
 
     def pieces(self, case):
         """Edges of the pieces along which one cable bends little, shares of its length; see `meshes.pieces`.

@@ -213,7 +213,7 @@ def _in_airflow(case, scene, airflow, plants_and_loops, make_analysis):
     """`DynamicAnalysis` of a scene of a case, which shares `plants_and_loops`; see `analysis_of`."""
     equilibrium, damping = case.equilibrium, scene.cables[CABLE].damping
     modes, drag = case.coupled_models.setdefault(damping.viscous, {}), case.results.drag.take([case.index])
-    shared = fixed_model(case.scene, drag), plants_and_loops, cables_of(case, damping), modes, drag
+    shared = fixed_model(case.scene, drag), plants_and_loops, cables_of(case, damping), modes
     return make_analysis(scene, equilibrium, equilibrium, airflow, *shared)
 
 
@@ -283,7 +283,7 @@ def equilibria_of(cases):
     """Describe n cables in equilibrium as suspensions of one cable, so that the same code computes their motion.
 
     The cable hangs from a fixed point to a gondola, a body that is free along x; without a gondola, to a second fixed
-    point. Nothing is solved: the positions are those of the closed form.
+    point. Nothing is solved: the cable is that of `Results.form`.
 
     Parameters
     ----------
@@ -295,8 +295,8 @@ def equilibria_of(cases):
     Equilibrium
         Arrays have a first axis of n cases.
     """
-    catenary = cases[0].results.catenary.take(np.array([[case.index] for case in cases]))
-    span, end_1 = catenary.span, np.stack([case.end_1 for case in cases])[:, None]
+    form = cases[0].results.form.take(np.array([[case.index] for case in cases]))
+    span, end_1 = form.span, np.stack([case.end_1 for case in cases])[:, None]
     end_2 = end_1 + span.chord[..., None] * span.frame[..., 0, :]
     gondolas = [[case.scene.gondola] if case.scene.gondola else [] for case in cases]
     bodies = len(gondolas[0])
@@ -322,4 +322,4 @@ def equilibria_of(cases):
         stated=("unstretched_length",),
         value=span.unstretched_length,
     )
-    return Equilibrium(suspension, position, rotation, catenary, NoSearch(np.ones(len(cases), dtype=bool)))
+    return Equilibrium(suspension, position, rotation, form, NoSearch(np.ones(len(cases), dtype=bool)))

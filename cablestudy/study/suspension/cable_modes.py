@@ -57,11 +57,6 @@ class CableModes(Results):
         """True for cables without a definite form, shape (c,)."""
         return self.catenary.slack
 
-    @property
-    def _uneven(self):
-        """True for cables along which the drag changes, shape (c,); see `Results`."""
-        return self.drag.normal_drag > 0
-
     def frequency(self, name, column):
         """Frequency of one mode of a cable between fixed ends [Hz], and its estimated relative error [-].
 

@@ -11,9 +11,9 @@ import numpy as np
 
 from cablestudy.cable.catenary import solve
 from cablestudy.cable.catenary_in_drag import in_drag
+from cablestudy.cable.matrices import largest_ratio
 from cablestudy.cable.steady_drag import SteadyDrag, across
 from cablestudy.cable.tolerances import CABLE
-from cablestudy.cable.uneven_drag import largest_ratio
 from cablestudy.cable.vectors import size
 from cablestudy.statics import tangent
 from cablestudy.statics.links import Links, joined
