@@ -10,7 +10,10 @@ import numpy as np
 
 from cablestudy.cable.catenary import Catenary, solve
 from cablestudy.cable.drag_search import (
+    Pieces,
     drag_where_it_acts,
+    gauss_nodes,
+    gauss_weights,
     integral_coefficients,
     to_points_and_end,
     turning_flexibility,
@@ -21,7 +24,6 @@ from cablestudy.cable.matrices import largest_ratio
 from cablestudy.cable.records import take_rows, with_arrays
 from cablestudy.cable.segment import SegmentedCable, inverse_symmetric
 from cablestudy.cable.tolerances import CABLE
-from cablestudy.cable.uneven_drag import Pieces, bounded_errors, gauss_nodes, gauss_weights
 from cablestudy.cable.vectors import size
 
 
@@ -391,3 +393,8 @@ def _integral(pieces, vectors):
         return begin + share * total
 
     return up_to
+
+
+def bounded_errors(error):
+    """Estimated errors that are numbers, none of them larger than `unknown_error`."""
+    return np.fmin(error, CABLE.unknown_error)

@@ -1,12 +1,15 @@
 """Search for the drag of a steady wind on cables where they hang, on more and more parts of each: `drag_where_it_acts`.
 
-As at the head of `uneven_drag`: N = N_0 + c - integral of d. In each turn d follows the form, and c closes the gap at
-end 2 that the form and the change of d leave, to first order in the changes:
+The tension vector at a point is N = N_0 + c - integral of d, with N_0 under drag that is uniform along the cable, d(s)
+the drag where the cable hangs less the uniform one, and c the constant vector for which the ends stay where they are:
+the integral of r' = N/EA + N/|N| is the chord. In each turn d follows the form, and c closes the gap at end 2 that the
+form and the change of d leave, to first order in the changes:
 
     gap + F (change of c) = integral of A (integral of the change of d),    A = I/EA + (I - t t^T)/T
 
 with the flexibility F, the integral of A. What a turn changes falls by the same factor whatever the number of parts:
-the search begins with few of them, and goes on with these polynomials on the halves of each part.
+the search begins with few of them, and goes on with these polynomials on the halves of each part. Integrals are by
+Gauss's rule on each piece between two loads, and on both sides of mid-length: r' is smooth there.
 """
 
 from dataclasses import dataclass, replace
@@ -19,7 +22,27 @@ from cablestudy.cable.records import assign_rows, take_rows
 from cablestudy.cable.segment import solve_symmetric
 from cablestudy.cable.steady_drag import SteadyDrag, across
 from cablestudy.cable.tolerances import CABLE
-from cablestudy.cable.uneven_drag import CablesInDrag, Pieces, gauss_nodes, settled_changes
+
+
+@dataclass(frozen=True)
+class Pieces:
+    """Gauss's rule on pieces of n cables: k points on each of p pieces, j = p k."""
+
+    width: np.ndarray  # (n, p): a share of the unstretched length; zero for loads that a cable does not have [-]
+    points: np.ndarray  # (n, j): shares of the unstretched length [-]
+    weights: np.ndarray  # (n, j, 1): they add up to 1 [-]
+
+    @classmethod
+    def of(cls, catenary, parts):
+        """The `Pieces` of n cables between their loads, and on both sides of mid-length, each in equal parts."""
+        loaded = np.pad(catenary.span.load_forces.any(axis=-1), ((0, 0), (1, 1)), constant_values=True)
+        edges = np.where(loaded, catenary.edges, 1.0)
+        edges = np.sort(np.concatenate([edges, np.full((len(edges), 1), 0.5)], axis=-1), axis=-1)
+        width = np.repeat(np.diff(edges, axis=-1) / parts, parts, axis=-1)
+        begins = np.repeat(edges[:, :-1], parts, axis=-1) + width * np.tile(np.arange(parts), edges.shape[1] - 1)
+        points = begins[..., None] + width[..., None] * gauss_nodes()
+        of_points = width[..., None] * gauss_weights()
+        return cls(width, points.reshape(len(points), -1), of_points.reshape(len(points), -1, 1))
 
 
 @dataclass(frozen=True)
@@ -57,26 +80,19 @@ def drag_where_it_acts(drag, catenary, parts):
         cables = CablesOnParts.of(drag, catenary, Pieces.of(catenary, number))
         start = cables.in_uniform_drag() if found is None else cables.on_halves(found)
         found = cables.settle(start)
-        left = np.flatnonzero(~(found.unsettled <= CABLE.settled_form))
-        if len(left):
-            assign_rows(found, left, _found_in_small_steps(take_rows(cables, left), catenary.take(left)))
+        for turns, share in CABLE.further_drag_turns:
+            left = np.flatnonzero(~(found.unsettled <= CABLE.settled_form))
+            if len(left):
+                of_left = take_rows(cables, left)
+                further = of_left.settle(of_left.in_uniform_drag(), turns, share)
+                better = np.flatnonzero(further.unsettled < found.unsettled[left])
+                assign_rows(found, left[better], take_rows(further, better))
+        unknown = np.flatnonzero(~(found.unsettled <= CABLE.known_drag))
+        if len(unknown):
+            assign_rows(found, unknown, take_rows(cables, unknown).in_uniform_drag())
         found = replace(found, change=_relative(found.tension - start.tension, found.tension))
         levels.append((cables, found))
     return levels[-2:]
-
-
-def _found_in_small_steps(cables, catenary):
-    """`FoundDrag` on `CablesOnParts` that few turns do not settle, by `settled_changes`; uniform where nothing does."""
-    in_axes = CablesInDrag.of(cables.drag, catenary, cables.pieces)
-    changes = settled_changes(in_axes)
-    known, frame = changes.unsettled <= CABLE.known_drag, np.swapaxes(cables.frame, -1, -2)
-    constant, difference, tension = (
-        np.where(known[:, None, None], np.swapaxes(vectors @ frame, -1, -2), 0.0)
-        for vectors in (changes.constant, changes.difference, changes.tensions - in_axes.at_points)
-    )
-    unsettled = np.where(known, changes.unsettled, CABLE.unknown_error)
-    rate = np.full(len(known), CABLE.slowest_turns)
-    return FoundDrag(constant, difference, cables.uniform + tension, unsettled, rate, unsettled)
 
 
 @dataclass(frozen=True)
@@ -120,11 +136,14 @@ class CablesOnParts:
         whole = within[..., -1]
         return (within[..., :-1] + (np.cumsum(whole, axis=-1) - whole)[..., None]).reshape(vectors.shape)
 
-    def settle(self, start):
-        """`FoundDrag` after turns from another, as many as each cable needs."""
+    def settle(self, start, turns=CABLE.drag_turns, share=1.0):
+        """`FoundDrag` after turns from another, as many as each cable needs.
+
+        Each turn takes a `share` of what the drag changes; its steps of c are no larger than that of the tension.
+        """
         found, now, cables, left = None, start, self, np.arange(len(self.uniform))
-        for turn in range(CABLE.drag_turns):
-            now = cables._turn(now, first=turn == 0)
+        for turn in range(turns):
+            now = cables._turn(now, turn == 0, share)
             unsettled = np.flatnonzero(~(now.unsettled <= CABLE.settled_turn))
             if not len(unsettled):
                 break
@@ -134,8 +153,8 @@ class CablesOnParts:
         return _with_rows(found, left, now)
 
     def in_uniform_drag(self):
-        """`FoundDrag` of uniform drag, before the first turn."""
-        none, unknown = np.zeros_like(self.uniform), np.full(len(self.uniform), np.inf)
+        """`FoundDrag` of uniform drag, of which nothing is known."""
+        none, unknown = np.zeros_like(self.uniform), np.full(len(self.uniform), CABLE.unknown_error)
         rate = np.full(len(self.uniform), CABLE.slowest_turns)
         return FoundDrag(none[..., :1], none, self.uniform, unknown, rate, unknown)
 
@@ -147,18 +166,18 @@ class CablesOnParts:
         tension = self.uniform + coarser.constant - self.running_integral(difference)
         return FoundDrag(coarser.constant, difference, tension, coarser.unsettled, coarser.rate.copy(), coarser.change)
 
-    def _turn(self, now, first):
+    def _turn(self, now, first, share):
         """`FoundDrag` after one turn from another; its rate stays that of other parts in the first turn on these."""
         slope, size, tangent = _slope(now.tension, self.compliance)
         change, weights = slope - self.uniform_slope, self.pieces.weights[..., 0]
-        step = self._drag_change(size, tangent, change) - now.difference
+        step = share * (self._drag_change(size, tangent, change) - now.difference)
         turned = self.running_integral(step)
         along = sum(tangent[:, i] * turned[:, i] for i in range(3))
         by_step = self.compliance[:, None] * turned + (turned - along[:, None] * tangent) / size[:, None]
         gap = ((change - by_step) * weights[:, None]).sum(axis=-1)
         axial, turning = self.compliance[:, 0], turning_flexibility(np.swapaxes(now.tension, 0, 1), weights)
         flexibility = *(axial + entry for entry in turning[:3]), *turning[3:]
-        constant = _limited(np.stack(solve_symmetric(flexibility, -gap.T), axis=-1), size)
+        constant = _limited(np.stack(solve_symmetric(flexibility, -gap.T), axis=-1), share * size)
         step_of_tension = constant[..., None] - turned
         tension = now.tension + step_of_tension
         moved, rate = _relative(step_of_tension, tension), now.rate
@@ -246,9 +265,21 @@ def _with_rows(found, rows, of_rows):
 
 
 def _limited(step, size):
-    """Steps of c, shape (n, 3), none larger than the largest tension: a slack cable has next to none where level."""
+    """Steps of c, shape (n, 3), none larger than the largest `size`: a slack cable has next to none where level."""
     largest = size.max(axis=-1, keepdims=True)
     return step * (largest / np.maximum(np.sqrt((step**2).sum(axis=-1, keepdims=True)), largest))
+
+
+@lru_cache(1)
+def gauss_nodes():
+    """Gauss's points of a piece, shares of its length. [-]"""
+    return (1 + np.polynomial.legendre.leggauss(CABLE.drag_points_of_piece)[0]) / 2
+
+
+@lru_cache(1)
+def gauss_weights():
+    """Gauss's weights of the points of a piece; they add up to 1. [-]"""
+    return np.polynomial.legendre.leggauss(CABLE.drag_points_of_piece)[1] / 2
 
 
 @lru_cache(1)

@@ -19,12 +19,10 @@ class CableTolerances:
     unknown_error: float = 1e30
     second_order: float = 1.2  # safety factor on an error that is computed to first order, or by a short search
     slack: float = 1e-60  # share of the largest tension below which a cable is slack: no quotient by it overflows
-    drag_steps: int = 3  # in which c and d settle; what is left in the last one is added to the error
-    newton_steps_of_drag: int = 2  # of c in each
-    # further ones of cables that these do not settle, and the share of the new d that each of them takes: the drag on a
-    # slack cable swings to and fro, the less the smaller this share
-    further_drag_steps: tuple = ((6, 1.0), (20, 0.7), (60, 0.3))
     drag_turns: int = 16  # at most, of the search for the drag on some number of parts of a cable
+    # those of cables that these do not settle, and the share of the change of drag that each of them takes: the drag on
+    # a slack cable swings to and fro, the less the smaller this share
+    further_drag_turns: tuple = ((40, 0.7), (120, 0.3))
     settled_turn: float = 1e-11  # of tension and form, relative: what is left to change where that search ends
     fastest_turns: float = 0.01  # factors by which the change falls from turn to turn: no less is believed,
     slowest_turns: float = 0.9  # and with more than this what is left has no bound

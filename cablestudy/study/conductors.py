@@ -20,10 +20,10 @@ from functools import cached_property
 
 import numpy as np
 
+from cablestudy.cable.catenary_in_drag import bounded_errors
 from cablestudy.cable.records import take_rows
 from cablestudy.cable.stress_strain import NO_SET, TERMS, Condition, Curves, linear_cable, uneven_strain
 from cablestudy.cable.tolerances import CABLE
-from cablestudy.cable.uneven_drag import bounded_errors
 from cablestudy.cable.vectors import size
 from cablestudy.study.tolerances import STUDY
 

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from cablestudy.cable.catenary_in_drag import bounded_errors
 from cablestudy.cable.records import take_rows
-from cablestudy.cable.uneven_drag import bounded_errors
 from cablestudy.cable.vectors import cross, times
 from cablestudy.statics import tangent
 from cablestudy.study.conductors import (

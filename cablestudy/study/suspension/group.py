@@ -9,8 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from cablestudy.cable.catenary import Catenary
-from cablestudy.cable.catenary_in_drag import CatenaryInDrag, form_of_one
-from cablestudy.cable.uneven_drag import bounded_errors
+from cablestudy.cable.catenary_in_drag import CatenaryInDrag, bounded_errors, form_of_one
 from cablestudy.errors import ConvergenceError, NoSolutionError, result_of
 from cablestudy.motion.airflow import drag_of
 from cablestudy.statics import lengths
