@@ -13,7 +13,7 @@ from cablestudy.control.curves import sample_curves
 from cablestudy.control.gain_limits import StableGains
 from cablestudy.control.law import INTEGRATOR
 from cablestudy.control.margins import Margins
-from cablestudy.control.margins_crossings import crossings, refined
+from cablestudy.control.margins_crossings import crossings, refined_crossings
 from cablestudy.control.margins_grid import frequencies
 from cablestudy.errors import NoSolutionError
 
@@ -167,7 +167,7 @@ def test_crossings_are_the_gains_at_which_eigenvalues_cross(seed, k):
     poles = loop.poles(0.0)
     omega = frequencies(poles[np.abs(poles) > 1e-9])
     curve = sample_curves([loop.unit_gain], np.zeros(len(omega), dtype=int), omega)
-    found = refined([loop.unit_gain], crossings(curve.row, curve.omega, curve.values))
+    found = refined_crossings([loop.unit_gain], crossings(curve.row, curve.omega, curve.values))
     if loop.limit:
         assert found.factor[found.destabilising].min() == pytest.approx(loop.limit, rel=1e-9)
     for gain, place, destabilising in zip(found.factor, found.frequency, found.destabilising, strict=True):
@@ -331,7 +331,7 @@ def test_a_crossing_beside_a_narrow_pole_is_found_where_rounding_blurs_the_loop_
 
     omega = natural * (1 + ratio * np.array([-6, -2, -0.6, 0.1, 0.6, 2, 6]))
     found = crossings(np.zeros(len(omega), dtype=int), omega, blurred(1j * omega)[:, :, 0])
-    found = refined([blurred], found)
+    found = refined_crossings([blurred], found)
     assert len(found) == 1
     assert found.factor[0] == pytest.approx(2 * ratio * natural / strength, rel=1e-4)
 

@@ -159,7 +159,7 @@ class CablesOnParts:
         return FoundDrag(none[..., :1], none, self.uniform, unknown, rate, unknown)
 
     def on_halves(self, coarser):
-        """`FoundDrag` on parts twice as long, by the same polynomials, before the first turn."""
+        """`FoundDrag` before the first turn, by the polynomials of `coarser`, which is on parts twice as long."""
         shape = self.uniform.shape
         of_pieces = coarser.difference.reshape(*shape[:2], -1, len(gauss_nodes()))
         difference = (of_pieces @ _to_halves().T).reshape(shape)

@@ -79,7 +79,7 @@ def internal_forces(state, frame="chord"):
         acts on what holds its nodes with the opposite force. [N]
     """
     mesh, element, t = state.mesh, basis(state.mesh.order), _tangent(state, frame)
-    tension = (element.weights * state.tension)[..., None] * t * state.force  # vectors, times the weights
+    tension = (element.weights * state.tension)[..., None] * t * state.force  # T t times the Gauss weights
     nodal = np.zeros((mesh.nodes, 3), dtype=tension.dtype)
     np.add.at(nodal, mesh.element_nodes, element.derivative.T @ tension)
     return nodal

@@ -181,13 +181,13 @@ def _may_cross_twice(curves, most):
     with np.errstate(divide="ignore"):
         np.minimum.at(least_gain, row, np.where(crosses, 1 / np.minimum(size_before, size_after), np.inf).min(axis=1))
     highest_gain = np.maximum(most, least_gain)[row, None]
-    divided = np.maximum(size_before, size_after) * highest_gain * CONTROL.closely_looked_above >= 1
-    # of the eigenvalues that are large enough in their intervals alone
-    before, after, size_before, size_after = (part[divided] for part in (before, after, size_before, size_after))
+    may_cross = np.maximum(size_before, size_after) * highest_gain * CONTROL.closely_looked_above >= 1
+    # from here on only the eigenvalues that are large enough in their intervals
+    before, after, size_before, size_after = (part[may_cross] for part in (before, after, size_before, size_after))
     turn = np.abs(np.angle(after * before.conj()))
     to_axis = np.minimum(np.abs(np.angle(-before)), np.abs(np.angle(-after)))
     with np.errstate(divide="ignore", invalid="ignore"):  # an eigenvalue of zero
         growth = np.abs(np.log(size_after / size_before))
     changes = (turn > CONTROL.angle_change * to_axis) | ~(growth < CONTROL.size_change)
-    divided[divided] = (turn > CONTROL.eigenvalue_turn) | ((to_axis < CONTROL.near_axis) & changes)
-    return divided.any(axis=1)
+    may_cross[may_cross] = (turn > CONTROL.eigenvalue_turn) | ((to_axis < CONTROL.near_axis) & changes)
+    return may_cross.any(axis=1)

@@ -15,7 +15,7 @@ import numpy as np
 
 from cablestudy.control.curves import at_frequencies, eigenvalues, refined_for_sensitivity, sample_curves
 from cablestudy.control.margins import Margins, gain_of_peak, largest, sensitivity
-from cablestudy.control.margins_crossings import Crossings, crossing_near, crossings, refined
+from cablestudy.control.margins_crossings import Crossings, crossing_near, crossings, refined_crossings
 from cablestudy.control.margins_grid import distinct, frequencies, near_poles
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import NoSolutionError
@@ -125,7 +125,7 @@ class StableGains:
         self.check_delay(gain)
         candidates = self._crossings.take(self._crossings.factor < CONTROL.refined_together * gain)
         count = 0
-        for _, limit, destabilising in _limits_at([self.loop_gain], refined([self.loop_gain], candidates)):
+        for _, limit, destabilising in _limits_at([self.loop_gain], refined_crossings([self.loop_gain], candidates)):
             if limit.factor < gain:
                 count += 2 if destabilising else -2
         return max(count, 0)
@@ -201,7 +201,7 @@ class StableGains:
         return float(largest(sensitivity(at_rest))[0])
 
     def gain_of_peak(self, peak, most):
-        """Largest stable gain with which the sensitivity nowhere exceeds `peak`: so a gain is set by a margin.
+        """Largest stable gain with which the sensitivity nowhere exceeds `peak`.
 
         Parameters
         ----------
@@ -347,7 +347,7 @@ def _undamped_factors(functions, row, limits):
     omega = (center + width * np.concatenate([-ASIDE[::-1], [0.0], ASIDE])).ravel()
     mode = np.repeat(np.arange(len(limits)), 2 * len(ASIDE) + 1)
     near_modes = crossings(mode, omega, eigenvalues(at_frequencies(own, mode, omega, growth)))
-    destabilising = refined(own, near_modes.take(near_modes.destabilising), growth)
+    destabilising = refined_crossings(own, near_modes.take(near_modes.destabilising), growth)
     factors = np.full(len(limits), np.inf)
     np.minimum.at(factors, destabilising.row, destabilising.factor)
     return factors
@@ -382,7 +382,7 @@ def _growth_allowed(functions, remaining):
 def _split_first(functions, remaining):
     """First of sorted `Crossings` of each loop, those with about the least factor, to rounding; and the others."""
     near = remaining.factor <= CONTROL.refined_together * remaining.least
-    return refined(functions, remaining.take(near)), remaining.take(~near)
+    return refined_crossings(functions, remaining.take(near)), remaining.take(~near)
 
 
 def limit_near(loop_gain, similar):

@@ -120,7 +120,7 @@ def crossings(row, omega, values):
     return all_crossings.take((factor > 0) & (factor < np.inf))
 
 
-def refined(functions, brackets, growth=0.0):
+def refined_crossings(functions, brackets, growth=0.0):
     """Locate to rounding where eigenvalues of loop gains cross the negative real axis.
 
     Further frequencies first divide each interval, so that each has one crossing only. The secant method follows. An

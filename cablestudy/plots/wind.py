@@ -34,7 +34,7 @@ class DrawnState:
     spectra: dict  # output -> spectrum, shape (f,) [m^2/Hz], [rad^2/Hz]
     rms: dict  # output -> RMS [m], [rad]
     covariance: np.ndarray  # shape (3, 3): of the displacements of the point whose ellipses are drawn [m^2]
-    parts: dict  # `spectra` by the last of several winds
+    spectra_of_last: dict  # `spectra` by the last of several winds alone
 
     def together(self, names):
         """Sum of the spectra, and root of the sum of variances, of some outputs."""
@@ -204,14 +204,14 @@ def _drawn_state(names, point, frequency, label, colour, dashes, winds, open_loo
         pairs = [[of_point[axis] for axis in pair if of_point[axis] in outputs] for pair in PAIRS]
         computed = response.spectra(frequency, _combinations(response.names, [*([name] for name in outputs), *pairs]))
         of_outputs, of_sums = computed[: len(outputs)], computed[len(outputs) :]
-        by_wind = dict(zip(outputs, of_outputs, strict=True))
+        spectra_of_wind = dict(zip(outputs, of_outputs, strict=True))
         table = response.variances
-        variances_by_wind = {name: table.weighted["value"][table.rows[name]] for name in outputs}
-        covariance += _covariance(frequency, by_wind, of_sums, variances_by_wind, of_point)
-        spectra = {name: spectra.get(name, 0.0) + spectrum for name, spectrum in by_wind.items()}
-        variances = {name: variances.get(name, 0.0) + variance for name, variance in variances_by_wind.items()}
+        variances_of_wind = {name: table.weighted["value"][table.rows[name]] for name in outputs}
+        covariance += _covariance(frequency, spectra_of_wind, of_sums, variances_of_wind, of_point)
+        spectra = {name: spectra.get(name, 0.0) + spectrum for name, spectrum in spectra_of_wind.items()}
+        variances = {name: variances.get(name, 0.0) + variance for name, variance in variances_of_wind.items()}
     rms = {name: np.sqrt(value) for name, value in variances.items()}
-    return DrawnState(label, colour, dashes, spectra, rms, covariance, by_wind)
+    return DrawnState(label, colour, dashes, spectra, rms, covariance, spectra_of_last=spectra_of_wind)
 
 
 def _combinations(names, sums):
@@ -265,7 +265,7 @@ def _spectra(axes, frequency, states, kind, several):
     axes.set_ylim(10.0 ** (np.ceil(np.log10(largest)) - SHOWN_DECADES), 10 * largest)
     axes.tick_params(labelbottom=False)
     if several:
-        by_cable = scale**2 * states[-1].parts[names[0]]
+        by_cable = scale**2 * states[-1].spectra_of_last[names[0]]
         axes.loglog(frequency, by_cable, color=style.BLUE, ls="--", label="by the wind on the cable")
     above = {"loc": "lower right", "bbox_to_anchor": (1.0, 0.97), "ncols": 3, "borderaxespad": 0.1}
     axes.legend(**(above if several else {"loc": "lower left", **style.BOX}))  # the third curve would be behind the box

@@ -76,7 +76,7 @@ def uncertainty_of(equilibrium):
     """`Uncertainty` of an equilibrium or a batch."""
     suspension, cables = equilibrium.suspension, equilibrium.catenary
     with np.errstate(all="ignore"):  # of cases that have no equilibrium
-        pose, change = _sampled(equilibrium)
+        pose, change = _changes_by_rounding(equilibrium)
     converged = np.asarray(equilibrium.record.converged)[..., None]
 
     def bounded(values, converged):
@@ -90,7 +90,7 @@ def uncertainty_of(equilibrium):
     return Uncertainty(pose, tension, force, equilibrium.longest, suspension.body_names)
 
 
-def _sampled(equilibrium):
+def _changes_by_rounding(equilibrium):
     """Estimate how far rounding moves an equilibrium: positions of bodies, tensions, and forces of links (springs).
 
     Random samples have rounding errors of full size and random sign, which change the net forces on the bodies by b.
@@ -181,7 +181,7 @@ def _force_changes(equilibrium, kinds):
 
 
 def _with_links(equilibrium, stiffness, end_forces, changes, generator):
-    """Append the l links (springs) to the arrays of c cables from which `_sampled` finds the effect of rounding.
+    """Append the l links (springs) to the arrays of c cables from which `_changes_by_rounding` finds its result.
 
     These are the `stiffness`, force on each end per movement of end 2, shape (..., c, 2, 3, 3) [N/m]; `end_forces`,
     their changes by a relative change of the stated value, (..., c, 2, 3) [N], for links by one of their lengths and

@@ -82,9 +82,9 @@ def compare_columns(table, path):
 def compare(table, path, tolerances):
     """Compare a computed table with a stored CSV file, cell by cell, in the columns that both have.
 
-    Numbers a and b agree if |a - b| <= tolerance max(|a|, |b|). For the difference between a computed and a printed
-    value the maximum includes the computed value. Other cells must be equal, except for the last digit of numbers in
-    `status`. Computing times are not compared.
+    Numbers a and b agree if |a - b| <= tolerance max(|a|, |b|). Columns of differences from printed (published) values
+    are compared relative to the computed value itself if that is larger. Other cells must be equal, except for the last
+    digit of numbers in `status`. Computing times are not compared.
 
     `tolerances` are header of a column, or ALL_COLUMNS -> relative tolerance [-]; `SWEEPS.agreement` where neither is
     there. Yields a `Difference` for each cell that differs, and a text for rows that only one of the two tables has.

@@ -219,7 +219,7 @@ class CouplingDamping:
         n = len(self.omega)
         try:
             resolvent = poles_in_windows([matrix[:n, :n] for matrix in self.matrices], self.omega)
-            return _where_trusted([self], take_rows(resolvent, None), SYSTEM.trusted_windows)[0]
+            return _accurate_pole_sums([self], take_rows(resolvent, None), SYSTEM.trusted_windows)[0]
         except np.linalg.LinAlgError:
             return None
 
@@ -301,24 +301,28 @@ def compute_pole_sums(cables):
 
 @np.errstate(all="ignore")
 def _pole_sums_by_all_modes(cables):
-    """`CouplingDamping._pole_sum_and_resolvent` of many cables by all their modes at once: list."""
+    """Find `PoleSum` and `Resolvent` of many cables, each by the poles of all its modes: list of pairs.
+
+    Where poles nearly coincide the symmetry of the polynomial gives no accurate sum, and the inverse of the
+    eigenvectors is tried. The pair is (None, None) where rounding spoils this sum too.
+    """
     n, found, omega = len(cables[0].omega), [None] * len(cables), np.array([cable.omega for cable in cables])
     matrices = stack([[matrix[:n, :n] for matrix in cable.matrices] for cable in cables])
     try:
         poles, vectors = poles_and_vectors(matrices, omega)
         left = mode_amplitudes(vectors, omega)
-        for right_of in _right_by_symmetry, _right_by_inverse:
-            rows = [row for row, of_row in enumerate(found) if of_row is None]
+        for right_vectors in _right_by_symmetry, _right_by_inverse:
+            rows = [row for row, pair in enumerate(found) if pair is None]
             if rows:
-                right = right_of([matrix[rows] for matrix in matrices], poles[rows], left[rows], vectors[rows])
+                right = right_vectors([matrix[rows] for matrix in matrices], poles[rows], left[rows], vectors[rows])
                 resolvent = Resolvent(poles[rows], left[rows], right)
-                trusted = _where_trusted([cables[row] for row in rows], resolvent, SYSTEM.trusted)
-                for row, of_row in zip(rows, trusted, strict=True):
-                    found[row] = of_row
+                pairs = _accurate_pole_sums([cables[row] for row in rows], resolvent, SYSTEM.trusted)
+                for row, pair in zip(rows, pairs, strict=True):
+                    found[row] = pair
     except np.linalg.LinAlgError:
         if len(cables) > 1:
             return [_pole_sums_by_all_modes([cable])[0] for cable in cables]
-    return [of_row or (None, None) for of_row in found]
+    return [pair or (None, None) for pair in found]
 
 
 def _right_by_symmetry(matrices, poles, left, _):
@@ -333,15 +337,15 @@ def _right_by_inverse(matrices, _, left, vectors):
     return inverse if len(matrices) == 2 else inverse[:, :, left.shape[1] :]
 
 
-def _where_trusted(cables, resolvent, trusted):
-    """`CouplingDamping._pole_sum_and_resolvent` of many cables, or None where the sum is not as good: list."""
+def _accurate_pole_sums(cables, resolvent, allowed):
+    """`PoleSum` and `Resolvent` of each cable, None where the sum has more than the `allowed` relative error: list."""
     matrices = stack([cable.matrices for cable in cables])
     sums, difference = PoleSum.of_polynomial(matrices, resolvent), np.zeros(len(cables))
     if resolvent.left.shape[1]:
         s = _checked_frequencies(np.array([cable.omega for cable in cables]))
         x = np.array([cable.variable(of_row) for cable, of_row in zip(cables, s, strict=True)])
         difference = _relative_errors(matrices, x, sums, resolvent)
-    usable = (difference <= trusted).tolist()
+    usable = (difference <= allowed).tolist()
     return [(take_rows(sums, row), take_rows(resolvent, row)) if usable[row] else None for row in range(len(cables))]
 
 

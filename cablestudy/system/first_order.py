@@ -137,9 +137,11 @@ def equations(motion, allocation=None, notches=(), law=NOTHING, forces=None):
     """
     rows = _EquationRows(motion, allocation, notches, law, forces)
     m, columns, index = len(motion), rows.columns, np.arange(len(motion))
+    # z and z' from the states, and (unit z)' = unit z'
     rows.coordinates[..., index, index] = 1 / motion.unit
     rows.rates[..., index, m + index] = 1.0
     rows.fixed[..., index, m + index] = motion.unit
+    # forces -K z - C z' on the coordinates, those of actuators, and by the inputs
     rows.force[..., columns.displacements] = -motion.stiffness * (1 / motion.unit)[..., None, :]
     rows.force[..., columns.rates] = -motion.damping
     feedback = _feedback(motion, rows)

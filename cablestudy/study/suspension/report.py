@@ -112,7 +112,7 @@ def _with_state(case, table):
     return replace(table, fields=(table.fields[0], replace(STATE, label=True), *table.fields[1:]), rows=rows)
 
 
-def table_by_name(case, names, columns_of, kinds=(), failures=None):
+def table_by_name(case, names, columns_of, order=(), failures=None):
     """Table with one row for each name, of bodies, cables or others, and one column for each of their quantities.
 
     Parameters
@@ -123,14 +123,14 @@ def table_by_name(case, names, columns_of, kinds=(), failures=None):
     columns_of : callable
         Name -> list of Column of its row. The names of these columns begin with this name and a dot, which the table
         leaves out.
-    kinds : sequence of Column
-        The columns in the order of the table, as `columns_of` makes them for the name ""; a row may lack some. By
-        default the order is that in which columns first appear in the rows.
+    order : sequence of Column
+        All columns in the order of the table, as `columns_of` makes them for the name "". By default the order is that
+        in which columns first appear in the rows.
     failures : list of str, optional
         Reasons why cells have no value are appended; without this list the first such reason is raised.
     """
     columns = {name: columns_of(name) for name in names}
-    fields = {kind.header[1:]: _field(kind, "") for kind in kinds} | fields_by_name(columns)
+    fields = fields_by_name({"": order}) | fields_by_name(columns)
     rows, errors = [], []
     for name in names:
         cells, known_errors = cells_of(case, {_field(column, name).name: column for column in columns[name]}, failures)
