@@ -188,7 +188,7 @@ class Catenary(SegmentedCable):
         """
         stiffness, vertical = inverse_symmetric(self.flexibility), np.abs(self.span.cosine) == 0
         if vertical.any():
-            folded = vertical & (self.min_tension < 1e-50 * self.max_tension)
+            folded = vertical & (self.min_tension < CABLE.folded_vertical * self.max_tension)
             transverse = np.array([[0, 1, 1], [1, 1, 1], [1, 1, 1]], dtype=bool)
             stiffness = np.where(folded[..., None, None] & transverse, 0.0, stiffness)
         slack = self.slack

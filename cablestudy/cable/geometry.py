@@ -83,7 +83,7 @@ def midspan(cable, upright=0.5):
         return beyond.flat[index]
 
     # others have no run to halve, except for rounding
-    sloping = np.flatnonzero(run > 1e-9 * np.asarray(cable.span.chord))
+    sloping = np.flatnonzero(run > CABLE.upright_chord * np.asarray(cable.span.chord))
     position.flat[sloping] = zeros_between(beyond_half, np.zeros(len(sloping)), np.ones(len(sloping)), sloping)
     return position
 
@@ -170,7 +170,7 @@ def below_chord(cable, shares, points):
     span = cable.span
     chord = span.frame[0] * float(span.chord)
     level = np.hypot(*chord[:2])
-    if level > 1e-9 * float(span.chord):  # of an upright chord: the point at the same share of the length, as for `sag`
+    if level > CABLE.upright_chord * float(span.chord):  # else at the same share of the length, as for `sag`
         shares = points[:, :2] @ chord[:2] / level**2
     return shares * chord[2] - points[:, 2]
 

@@ -10,6 +10,8 @@ class CableTolerances:
 
     horizontal_tension_points: int = 40  # on each segment, for the mean horizontal tension of a cable in a steady wind
     folded: float = 1e-12  # share of the largest tension below which a cable counts as folded
+    # the same for the end stiffness of a vertical cable, which falls only as 1/log of the least tension
+    folded_vertical: float = 1e-50
     # relative size of the last step up to which a tension counts as found: the error is about its square
     last_tension_step: float = 1e-8
 
@@ -57,6 +59,7 @@ class CableTolerances:
     uneven_load_steps: int = 60  # largest number of equilibria until a load that depends on them agrees with them
     uneven_load_change: float = 1e-13  # change of such a load, over the largest tension, below which it agrees
     distance_rounding: float = 1e-13  # relative to the chord: shorter distances are rounding
+    upright_chord: float = 1e-9  # horizontal distance of the ends over the chord, up to which a chord is upright
     level_chord: float = 1e-12  # component of the direction of a chord: what is less is zero except for rounding
     coincident_loads: float = 1e-9  # share of the length within which point loads coincide
     # search for the chord strain with which a cable has a tension or a sag

@@ -132,7 +132,10 @@ def _note_on_moved_bodies(case):
 
 
 def _distances_from_places(case, tables):
-    """Distances of bodies and free points from their places in the scene that the note on moved bodies has.
+    """Distances of bodies and free points from their places in the scene, where stretch does not explain them.
+
+    Left out are those none of whose cables states a tension or a sag, and those no farther away than the largest
+    stretch of their cables.
 
     Parameters
     ----------
