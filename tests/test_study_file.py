@@ -160,7 +160,7 @@ def test_names_in_a_study_are_relative_to_the_study(folder):
         (HEAD + "set: {cable.material.x: 1}", "3:25: cable.material.x: cable.material is 'aramid', which has no key x"),
         (HEAD + "set: {gravity: 1}\nvary: [{gravity: [2]}]",
          "3:16: gravity: has no effect: the study varies this key, or one that replaces it"),
-        (HEAD + "vary: {a: [1]}", "3:7: vary: expected a list, got a mapping"),
+        (HEAD + "vary: {a: [1]}", '3:7: vary: expected a list, got a mapping (each item of a list begins with "- ")'),
         (HEAD + "vary: [{}]", "3:8: vary.0: an entry without a key"),
         (HEAD + "vary: [{gravity: 5}]",
          "3:18: vary.0.gravity: expected a list of values, or a range {from, to, count}, got 5"),

@@ -150,7 +150,8 @@ def _message(path, kind, value, detail, tables):
         expected = f"expected a mapping with the keys {', '.join(keys)}" if keys else "expected a mapping"
     else:
         expected = _EXPECTED.get(kind, f"{detail['msg'][:1].lower()}{detail['msg'][1:]}")
-    return f"{expected}, got {show(value)}"
+    by_names = kind == "tuple_type" and isinstance(value, dict) and not "".join(map(str, value)).isdigit() and value
+    return f"{expected}, got {show(value)}" + (' (each item of a list begins with "- ")' if by_names else "")
 
 
 def _wrong_word_message(expected, value):
