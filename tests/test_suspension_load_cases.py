@@ -12,7 +12,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from campaign import campaign
-from command import run, table_of, written
+from command import CONFIGS, run, table_of, written
 from references import cable_in_wind, catenary_mp
 from scenes import cells, mistakes_of, scene_of
 from scipy.optimize import root
@@ -439,6 +439,12 @@ def in_pieces(case, length, pieces=16, turning=None):
             for k in range(pieces)
         )
     return text.partition("cables:\n")[0] + "points:\n" + points + "cables:\n" + cables
+
+
+def test_the_note_on_modes_in_a_storm_has_the_error_of_the_table():
+    arguments = "modes", CONFIGS / "suspensions" / "mast-levels.yaml", "--set", "case=storm", "-n", 3
+    stated = [row["frequency_Hz"] for row in json.loads(run(*arguments, "--format", "json").out)["errors"]]
+    assert f"estimated error {max(stated):.1e}" in run(*arguments, "--explain").err
 
 
 @pytest.mark.parametrize(("length", "direction"), campaign([(76.5, 53), (79, 53), (79, 20)], [(79, 53)]))

@@ -43,7 +43,7 @@ def notes_of(case):
         *_of_load_case(case),
         *_of_slack(equilibrium),
         *_of_wind(case),
-        *(line for modes in case.largest_modes for line in mode_notes(modes)),
+        *(line for modes in case.largest_modes for line in mode_notes(modes, case.mode_errors(modes))),
         *comparison_notes(case.differences, case.reason),
     )
 
@@ -233,9 +233,9 @@ def law_notes(loop):
         yield f"delay of {law.delay:.4g} s: Padé approximants, whose phase is {accurate}"
 
 
-def mode_notes(modes):
-    """Yield notes on the coupled modes: their number, the model of each cable, and modes that coincide."""
-    error = modes.error.max(initial=0.0)
+def mode_notes(modes, errors):
+    """Yield notes on the coupled modes: their number and errors, the model of each cable, and modes that coincide."""
+    error = errors.max(initial=0.0)
     stated = "" if np.isnan(error) else f"; estimated error {error:.1e}"
     yield f"modes: {len(modes)} of a linear model with {len(modes.shapes)} coordinates{stated}"
     reasons = {}
