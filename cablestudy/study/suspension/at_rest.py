@@ -138,8 +138,13 @@ class SuspensionAtRest:
         """
         cable = list(self.scene.cables).index(name)
         if column.name != "chord":
-            return column.compute(CableValues([self.scene]))[0, cable]
+            return column.compute(self._values)[0, cable]
         return (self._solved_group if self._ends_held(cable) else self.group).cables.chord[self.index, cable]
+
+    @cached_property
+    def _values(self):
+        """`CableValues` of this case."""
+        return CableValues([self.scene])
 
     def _ends_held(self, cable):
         """True of a cable, by its index, whose ends are both where the scene says."""

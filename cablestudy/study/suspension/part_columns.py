@@ -51,6 +51,7 @@ TENSIONS = tuple(
     if column.name in INSTEAD
 )
 CLEARANCE = next(column for column in COLUMNS if column.name == "clearance")
+LOWEST_POINT = next(column for column in COLUMNS if column.name == "lowest_point")
 INCLINATION = Column(
     "inclination", "deg", "angle of the chord above the horizontal, from `from` to `to`", "statics",
     lambda results: np.degrees(chord_angles(results.span.frame[..., 0, :])[0]),
@@ -79,6 +80,8 @@ def _of_cable(column, name):
             raise NoSolutionError(f"{named.name} needs the key {key}, which this case does not have")
         if column.determined_by:
             _refuse_shapeless(case, name)
+        if column is CLEARANCE and isinstance(case.scene.ground, float):  # of all cables at once
+            return case.of_cables(LOWEST_POINT)[case.cable(name)] - case.scene.ground
         if column.each:
             return column.compute(case.hanging(name))
         stated = column.needs == "scene"
