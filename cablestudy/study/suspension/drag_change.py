@@ -259,9 +259,9 @@ def _movement(equilibrium):
 
 
 def stiffness_change(equilibrium, blocks, of_cables):
-    """Largest relative change of the stiffness of suspensions if drag is not taken as uniform along each cable.
+    """Largest relative change of the stiffness of suspensions from one `Equilibrium` in drag to another.
 
-    With the tangent stiffness K in uniform drag, and its change dK by the actual drag, it is the largest
+    With the tangent stiffness K and its change dK it is the largest
 
         |u^T dK u| / u^T K u    of all static displacements u
 
@@ -271,11 +271,11 @@ def stiffness_change(equilibrium, blocks, of_cables):
     Parameters
     ----------
     equilibrium : Equilibrium
-        Of n cases, in uniform drag.
+        Of n cases, with K.
     blocks : Blocks
-        Of K + dK, of a `MovedState`.
+        Of K + dK.
     of_cables : ndarray, shape (n, c, 3, 3)
-        Change of the stiffness of end 2 of each cable by the actual drag, global axes. [N/m]
+        Change of the stiffness of end 2 of each cable, global axes. [N/m]
 
     Returns
     -------
