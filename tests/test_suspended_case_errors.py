@@ -185,16 +185,17 @@ class Truth:
     def slow_motion(self, position, rotation, speed, rms):
         """Columns of the RMS of the body in slow gusts along x, in equilibrium found from a pose nearby: dict.
 
-        Its stiffness is the change of all forces with the pose, by differences: that of the drag too.
+        Its stiffness is the change of all forces with the pose, by differences at four places: that of the drag too.
         """
         place, turned, _ = self.equilibrium(position, rotation)
         moves = [axis in self.free for axis in ROWS]
 
-        steps = 1e-6 * np.concatenate([np.eye(6), -np.eye(6)])
+        steps = 2e-5 * np.concatenate([np.eye(6), -np.eye(6), 2 * np.eye(6), -2 * np.eye(6)])
         poses = [(place + step[:3], Rotation.from_rotvec(step[3:]).as_matrix() @ turned) for step in steps]
         _, tensions = self.hanging(poses)
         forces = np.array([self.balance(*pose, pulls) for pose, pulls in zip(poses, tensions[-1], strict=True)])
-        stiffness = (forces[6:] - forces[:6]).T / 2e-6
+        forth, back, twice_forth, twice_back = forces.reshape(4, 6, 6)
+        stiffness = (8 * (back - forth) - (twice_back - twice_forth)).T / 24e-5
         areas, along = 1.1 * np.array(self.body["wind"]["area"]), turned.T @ [1.0, 0.0, 0.0]
         rate = 0.6 * speed * turned @ (areas[:, None] * (np.eye(3) + np.outer(along, along))) @ along
         push = np.concatenate([rate, np.cross(turned @ self.body["wind"]["center_of_pressure"], rate)])[moves]
@@ -266,6 +267,6 @@ def test_slow_motion_in_a_storm_is_within_its_stated_errors(seed, monkeypatch):
     rest = case_of(data).rest
     expected = Truth(data, rest.end_forces[:, 0]).slow_motion(rest.position[0], rest.rotation[0], 5.0, 0.5)
     row = solve(data, *expected)
-    for column, value in expected.items():  # next to nothing beside another one: of seed 1, 2.5e-4 off at 5e-5
+    for column, value in expected.items():  # of what is little beside another one pieces are less accurate
         largest = max(other for name, other in expected.items() if len(name) == len(column))
         assert row.values[column] == pytest.approx(value, rel=row.errors[column] + 1e-6, abs=1e-6 * largest), column
