@@ -257,7 +257,7 @@ def test_mean_displacements_of_light_bodies_on_slack_cables_are_within_their_sta
     assert (error * np.abs(found) < 1e-5 * np.abs(found).max()).all()
 
 
-@pytest.mark.parametrize("seed", campaign(range(14), [4, 7]))
+@pytest.mark.parametrize("seed", campaign(range(14), [3, 4, 7]))
 def test_slow_motion_in_a_storm_is_within_its_stated_errors(seed, monkeypatch):
     """Cables and body turn, and with them the drag of the storm: a dead load would be up to 30 % wrong."""
     data = scene_data(seed, storm=True)

@@ -6,6 +6,7 @@ from functools import partial
 import numpy as np
 
 from cablestudy.cable.matrices import dense
+from cablestudy.system.superelement import combined_loads
 from cablestudy.wind.coherence import davenport
 from cablestudy.wind.gusts import damping_of_bodies, gusts, stiffness_of_bodies
 from cablestudy.wind.mean import Drag
@@ -134,20 +135,16 @@ class Airflow:
         """Superelements of the cables of some `Models` with aerodynamic damping and stiffness: list of ReducedCable."""
         if not self.damps:
             return kept
-        damped, gusts, same = list(kept), strips(models, kept, equilibrium, self.drag), self.mean_drag is self.drag
-        mean = gusts if same else self.mean_drag and strips(models, kept, equilibrium, self.mean_drag)
+        damped = list(kept)
 
-        def add(name, matrices):
-            for cable, matrix in matrices:
-                damped[cable] = replace(damped[cable], element=replace(damped[cable].element, **{name: matrix}))
+        def add(cable, **matrix):
+            damped[cable] = replace(damped[cable], element=replace(damped[cable].element, **matrix))
 
-        for group in gusts:
-            add("air", zip(group.cables.tolist(), group.damping, strict=True))
-        for group in mean or []:
-            heavy = [row for row, cable in enumerate(group.cables) if models.meshes[cable] is not None]
-            if heavy:  # no wind acts at rest on cables without mass
-                stiffness = group.stiffness
-                add("load_stiffness", ((group.cables[row], stiffness[row]) for row in heavy))
+        for cable, damping in self.damping_of_cables(models, kept, equilibrium):
+            add(cable, air=damping)
+        for cable, loads in self.stiffness_of_cables(models, None, equilibrium):
+            loads = combined_loads(loads, models.elements[cable].omega, kept[cable].shapes)
+            add(cable, load_stiffness=loads)
         return damped
 
     def damping_of_bodies(self, layout, shapes):

@@ -59,17 +59,19 @@ def _moving_loads(plant):
 
 
 def _turning_loads(plant, applied):
-    """Forces by the mean drag that turns with static responses to the `applied` loads, shape (n, r), if they matter.
+    """Forces by the mean drag that turns with the responses to `applied` loads, shape (n, r), if they matter.
 
     They do where this is more than `MOTION.turning_drag` of the strain energy of a response: modes left out were 3e-5
-    of an RMS without them, 8 times what is stated.
+    of an RMS without them, 8 times what is stated. With them the responses at rest are those of all coordinates.
     """
     system = plant.full_system
     responses = system.compliance(applied)
     forces = plant.holding_loads(responses)[:, : responses.shape[1]]
     energies = (responses * applied).sum(axis=0)
-    turns = np.abs((responses * forces).sum(axis=0)) > MOTION.turning_drag * energies
-    return forces if turns.any() else forces[:, :0]
+    if not (np.abs((responses * forces).sum(axis=0)) > MOTION.turning_drag * energies).any():
+        return forces[:, :0]
+    turning = plant.holding_loads(np.eye(len(system)))[:, : len(system)]
+    return turning @ np.linalg.solve(system.stiffness.real + turning, applied)
 
 
 def loads_and_bases(plants, size):
