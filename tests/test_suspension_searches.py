@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from random_suspensions import scene_data
 from references import catenary_mp
-from scipy.optimize import minimize_scalar, root
+from scipy.optimize import brentq, minimize_scalar, root
 from scipy.spatial.transform import Rotation
 from suspension_cases import case_of
 from suspensions import body, cable, point, suspension, trifilar
@@ -141,10 +141,24 @@ def test_a_body_whose_yaw_is_held_stands_alike_wherever_the_search_begins(at):
 
 @pytest.mark.usefixtures("short_searches")
 def test_a_dead_moment_that_cables_cannot_hold():
-    """Twisted wires of 20 m hold m g r^2 sin(angle)/drop: 15.8 N m at most."""
+    """Twisted wires of 20 m hold m g r^2 sin(angle)/drop: 15.7 N m at most."""
     turned = rest.pose(trifilar(stiffness=1e7, moment=(0, 0, 20.0)))
     assert not turned.record.converged
+    assert explain(turned).startswith("a body turns on and on (")
     assert explain(turned).endswith("the dead moment of 20 N m on disk may be more than the cables can hold")
+
+
+def test_a_dead_moment_just_below_what_cables_hold():
+    """It is m g r^2 sin(angle)/drop, the drop sqrt(L^2 - (2 r sin(angle/2))^2), and largest past 90 degrees."""
+
+    def held(angle):
+        return 50 * G * 0.8**2 * np.sin(angle) / np.sqrt(20.0**2 - (1.6 * np.sin(angle / 2)) ** 2)
+
+    most = minimize_scalar(lambda angle: -held(angle), bounds=(1.0, 2.0), method="bounded").x
+    angle = brentq(lambda angle: held(angle) - 0.9999 * held(most), 1.0, most)
+    found = rest.pose(trifilar(stiffness=1e7, moment=(0, 0, 0.9999 * held(most))))
+    assert found.record.converged
+    assert Rotation.from_matrix(found.rotation[0]).as_rotvec()[2] == pytest.approx(angle, abs=1e-5)
 
 
 @pytest.mark.usefixtures("short_searches")

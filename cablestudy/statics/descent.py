@@ -15,14 +15,14 @@ import numpy as np
 from cablestudy.cable import catenary
 from cablestudy.cable.matrices import factors_of_each, shifted_factors
 from cablestudy.cable.records import assign_rows, copy_record, take_rows
-from cablestudy.cable.vectors import largest, size, times
+from cablestudy.cable.vectors import dot, largest, size, times
 from cablestudy.statics import tangent
 from cablestudy.statics.pose_state import displaced_with_work, evaluate, extent, longest, spans
 from cablestudy.statics.rounding import largest_ratio
 from cablestudy.statics.tangent import GROUND
 from cablestudy.statics.tolerances import STATICS
 
-CONVERGED, NO_DESCENT, TOO_MANY, UNMET, UNHELD, ROUNDED, DISAGREED = range(7)
+CONVERGED, NO_DESCENT, TOO_MANY, UNMET, UNHELD, ROUNDED, DISAGREED, TURNING = range(8)
 REASONS = (
     "converged",
     "no step lowers the energy",
@@ -31,6 +31,7 @@ REASONS = (
     "no tensions within the bounds hold the bodies where they shall be",
     "converged: no step leaves less, and what is left is the rounding of lengths and positions",
     "the forces of the mean wind and the attitude that they lead to do not agree",
+    "a body turns on and on",
 )
 # strains by the loads that softened cables have, in turn (`least_energy_poses`): cables ten times as stiff as before
 # take few steps
@@ -218,11 +219,14 @@ def descend(suspension, state, most_steps=STATICS.descent_steps, small_net_force
     evaluation = evaluate(suspension, state, catenary.solve_each_once(spans(suspension, state)))
     active, subset = np.arange(cases), suspension
     best_ratio, slow_steps = np.full(cases, np.inf), np.zeros(cases, dtype=int)
+    axis = suspension.moment / np.maximum(size(suspension.moment), STATICS.tiny)[..., None]
+    turned = np.zeros(axis.shape[:-1])  # by each body about the dead moment on it [rad]
     convex = not (suspension.free[:, 3:].any() or suspension.link_names)
     for number in range(STATICS.descent_steps if convex else most_steps):
         step = newton_step(subset, state, evaluation)
         change = np.maximum(size(step[..., :3]).max(axis=-1) / longest(state), size(step[..., 3:]).max(axis=-1))
         state, evaluation, share = line_search(subset, state, evaluation, step)
+        turned[active] += share[:, None] * dot(step[..., 3:], axis[active])
         relative_force = imbalance(subset, evaluation.net, evaluation.scale)
         rounding_ratio = largest_ratio(subset, evaluation.net, evaluation.least_rounding)
         slow = rounding_ratio > STATICS.descent_progress * best_ratio[active]
@@ -233,11 +237,12 @@ def descend(suspension, state, most_steps=STATICS.descent_steps, small_net_force
         stuck = (share == 0) | patience_over | (number == STATICS.descent_steps - 1)
         rounded = stuck & (largest_ratio(subset, evaluation.net, evaluation.most_rounding) <= 1)
         residual_before = record.residual[active]
-        failure = np.where(share == 0, NO_DESCENT, TOO_MANY)
+        turning = turned[active].max(axis=-1) > STATICS.most_turned
+        failure = np.where(share == 0, NO_DESCENT, np.where(turning, TURNING, TOO_MANY))
         reason = np.where(converged, CONVERGED, np.where(rounded, ROUNDED, failure))
         assign_rows(record, active, SearchRecord(np.full(len(active), number + 1), relative_force, change, reason))
         assign_rows(final, active, replace(state, tension=evaluation.tension))
-        going_on = ~(converged | rounded | (share == 0))
+        going_on = ~(converged | rounded | turning | (share == 0))
         if number >= most_steps - 1:
             going_on &= (share == 1) & (relative_force <= STATICS.descent_settling * residual_before)
         if not going_on.all():

@@ -21,6 +21,8 @@ class StaticsTolerances:
     descent_patience: int = 4  # so many of them
     farthest_step: float = 0.5  # largest step: over the extent of the suspension,
     widest_turn: float = 0.7  # and in radians
+    # rotation of a body about the dead moment on it in one search [rad]: what has turned round twice is not held
+    most_turned: float = 12.6
     # change of a tension over its size, up to which the stiffness foretells it well enough to begin a search from there
     predicted_change: float = 0.3
     sufficient_descent: float = 1e-4  # share of the descent that the slope foretells (Armijo),
