@@ -174,6 +174,23 @@ def test_frequencies_of_modes_are_those_of_bars(tmp_path, name):
     assert f"estimated error {stated.max():.1e}, asked for" in written
 
 
+def test_errors_of_modes_hold_where_the_wind_blows_along_a_part_of_the_cable():
+    """The drag changes sharply there, for elements too. Truth: 60 elements in their own equilibrium."""
+    scene = {
+        "cable": {
+            "ends": [[0, 0, 20], [205.3, 0, 38.94]], "axial_stiffness": 1.63e6, "mass_per_length": 4.355,
+            "diameter": 0.03265, "unstretched_length": 206.32,
+        },
+        "cases": {"storm": {"wind": {"speed": 89, "direction": 3.122, "at": 10, "exponent": 0.283}}}, "case": "storm",
+    }  # fmt: skip
+    names = "cable_frequency", "inplane_frequency_2", "outofplane_frequency_1", "inplane_frequency_3"
+    row = solve(CableScene.model_validate(scene | {"model": {"accuracy": 1e-6}}), *names)
+    true = solve(CableScene.model_validate(scene | {"model": {"elements": 60, "order": 6}}), *names)
+    for name in names:
+        assert abs(row.values[name] / true.values[name] - 1) < row.errors[name] < 1e-4, name
+    assert abs(row.values[names[0]] / true.values[names[0]] - 1) > 2e-6  # half as many parts change the ends by 1e-6
+
+
 @pytest.mark.parametrize("name", ["along", "blown"])
 def test_no_point_of_a_cable_is_lower_than_the_lowest(name):
     """The tension vector is known at some points of it, and not linear between them."""

@@ -291,12 +291,13 @@ class CatenaryInDrag(SegmentedCable):
 
     @property
     def mode_errors(self):
-        """Relative errors of the frequencies of one cable by the parts on which drag is a polynomial, shape (...). [-]
+        """Relative errors of the frequencies of one cable by drag that varies along it, shape (...). [-]
 
-        Half as many change its tension and stiffness by so much, and frequencies by about half as much.
+        Half as many parts change its tension, form and stiffness by so much: far more than the error of the form, and
+        no less than that of Gauss's rule on the elements where the drag changes sharply, as in a wind along the cable.
         """
         of_stiffness = largest_ratio(self.coarser.end_stiffness - self.end_stiffness, self.end_stiffness)
-        return bounded_errors(np.maximum(self.force_change, of_stiffness) + self.least_errors)
+        return bounded_errors(np.maximum(self.by_parts, of_stiffness) + self.unsettled)
 
     @property
     def relative_change(self):

@@ -444,8 +444,13 @@ class Group:
 
     @property
     def mode_errors(self):
-        """Relative errors of all frequencies by drag, as `motion_errors`, and by conductors, shape (n,). [-]"""
-        return self.motion_errors if self.in_steady_wind else self.errors.conductor
+        """Relative errors of all frequencies by drag and by conductors, shape (n,). [-]
+
+        Those of `motion_errors`, and the change of the form of cables by fewer parts, see `CatenaryInDrag.mode_errors`.
+        """
+        if not self.in_steady_wind:
+            return self.errors.conductor
+        return bounded_errors(self.motion_errors + self.rest.catenary.by_parts.max(axis=-1, initial=0.0))
 
     def displacement_uncertainty(self, index, body):
         """Errors of the displacement of a body by the mean wind [m], [rad], by drag and by rounding, shape (6,)."""
