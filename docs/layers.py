@@ -29,9 +29,11 @@ def imported():
         tree = ast.parse(path.read_text(encoding="utf-8"))
         tree.body = [node for node in tree.body if not isinstance(node, ast.If)]  # imports for type checkers alone
         for node in ast.walk(tree):
-            module = node.module or "" if isinstance(node, ast.ImportFrom) else ""
-            names = [alias.name for alias in getattr(node, "names", ())] if module == "cablestudy" else [module[11:]]
-            others = {name.partition(".")[0] for name in names if module.partition(".")[0] == "cablestudy"}
+            module = (node.module or "") if isinstance(node, ast.ImportFrom) else ""
+            names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else [module]
+            if module == "cablestudy":
+                names = [f"cablestudy.{alias.name}" for alias in node.names]
+            others = {name.split(".")[1] for name in names if name.startswith("cablestudy.")}
             found.get(own, set()).update(others & set(ORDER) - {own})
     return found
 

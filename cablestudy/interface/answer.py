@@ -124,7 +124,7 @@ class Answer:
     @one_thread()
     def figure(self) -> Figure:
         """The picture; SceneError where there is none, NoSolutionError where nothing was solved that it could show."""
-        from cablestudy import plots
+        import cablestudy.plots as plots
 
         if self.draw is not None:
             return self.draw(plots)
@@ -134,13 +134,13 @@ class Answer:
 
     def save_figure(self, path: str) -> None:
         """Write the picture as .png, .svg or .pdf, whole or not at all."""
-        from cablestudy import plots
+        import cablestudy.plots as plots
 
         plots.save(self.figure(), path)
 
     def save_animation(self, path: str) -> None:
         """Write the picture of modes in motion as .gif or .html, whole or not at all."""
-        from cablestudy import plots
+        import cablestudy.plots as plots
 
         if self.draw is None:
             self.figure()  # raises why there is none

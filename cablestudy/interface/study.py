@@ -115,7 +115,7 @@ class Study:
         Drawn are the `columns`; if empty, those that the key `plot` of the study states, else the first ones. Returns
         notes on columns that the picture leaves out, a list of str.
         """
-        from cablestudy import plots
+        import cablestudy.plots as plots
 
         if indices:
             plots.save(plots.sensitivity_plot(self.request, table), path)

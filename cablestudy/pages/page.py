@@ -153,7 +153,7 @@ class Page:
 
     def draw(self, figure_of, caption):
         """Append the picture that a function draws by the module `plots`."""
-        from cablestudy import plots
+        import cablestudy.plots as plots
 
         with self.part(f"Picture: {caption}"):
             self._pictures += 1
