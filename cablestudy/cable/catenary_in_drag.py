@@ -284,12 +284,6 @@ class CatenaryInDrag(SegmentedCable):
         return np.where((self.slack | self.folded)[..., None, None], self.catenary.end_stiffness, changed)
 
     @property
-    def force_change(self):
-        """Change of the forces at both ends by half as many parts, over the largest one, shape (...). [-]"""
-        forces, others = (form.end_forces("global") for form in (self, self.coarser))
-        return size(forces - others).max(axis=-1) / np.maximum(size(forces).max(axis=-1), np.finfo(float).tiny)
-
-    @property
     def mode_errors(self):
         """Relative errors of the frequencies of one cable by drag that varies along it, shape (...). [-]
 

@@ -180,8 +180,8 @@ class _PoleSearch:
             s^2 + c s + w^2 + i h = 0
 
         with its frequency w, and its mass-normalised viscous and hysteretic damping c and h, to which loads that turn
-        add -i times their stiffness. Where no pole is found so
-        near to it that it is surely that of the mode, the estimate is the pole of the model of the coupled modes.
+        add -i times their stiffness. Where no pole is found so near to it that it is surely that of the mode, the
+        estimate is the pole of the model of the coupled modes.
 
         Returns
         -------
@@ -207,8 +207,8 @@ class _PoleSearch:
 
     def poles_near(self, models, near, far):
         """Poles within relative distances `far` of others, `near`, shape (n,): `damped_pole.poles_near`. [rad/s]"""
-        far, air = np.broadcast_to(far, near.shape), self._air_on_bodies
-        return poles_near(self._layout, self._cables_in_air(models), near, self._displacements, air[0], far, air[1])
+        far, (damping, loads) = np.broadcast_to(far, near.shape), self._air_on_bodies
+        return poles_near(self._layout, self._cables_in_air(models), near, self._displacements, damping, far, loads)
 
     def _cables_in_air(self, models):
         """`CondensedCables` of all rows, with the aerodynamic damping and load stiffness of each cable: list."""

@@ -347,7 +347,7 @@ class Plant:
 
     @cached_property
     def load_stiffness_of_bodies(self):
-        """Stiffness of the free displacements by loads that turn or do not, see `airflow.load_stiffness_of_bodies`."""
+        """Stiffness of the free displacements by loads on bodies: `airflow.load_stiffness_of_bodies`, shape (d, d)."""
         return load_stiffness_of_bodies(self.layout, self.airflow)
 
     def holding_loads(self, shapes):

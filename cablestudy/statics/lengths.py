@@ -209,7 +209,8 @@ def describe_failure(problem, result, case):
     the search did not settle.
     """
     suspension, answer = problem.suspension, take_rows(result.distribution, case)
-    for body in bodies_above_their_cables(suspension.take(case)):
+    body = next(bodies_above_their_cables(suspension.take(case)), None)
+    if body is not None:
         return f"no lengths hold {suspension.body_names[body]} here: all its cables pull down, and nothing lifts it"
     bodies = [suspension.body_names[i] for i in range(suspension.bodies) if suspension.free[i].any()]
     held = ", ".join(bodies) or "the points"

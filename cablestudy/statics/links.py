@@ -13,7 +13,7 @@ A link whose length is not stated (NaN) is mounted in the reference state: there
 part of the search; its length is the distance that this state has.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -52,11 +52,6 @@ class Links:
         stiffness, extension = (np.where(has_length, value, 0.0) for value in (suspension.link_stiffness, extension))
         extension = np.where(has_length & (length == 0), size(vector), extension)
         return cls(vector, extension, stiffness, damping, length)
-
-    def moved(self, ends):
-        """`Links` whose ends have moved by vectors of the shape (..., l, 2, 3). [m]"""
-        vector = self.vector + ends[..., 1, :] - ends[..., 0, :]
-        return replace(self, vector=vector, extension=self.extension + size(vector) - self.distance)
 
     @cached_property
     def distance(self):

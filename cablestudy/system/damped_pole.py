@@ -40,7 +40,7 @@ def poles_near(layout, cables, near, displacements, damping, far, loads=0.0):
     far : ndarray, shape (n,)
         Largest relative distance of a pole from `near`: farther ones are not accepted. [-]
     loads : array, as `damping`
-        Stiffness of the bodies by loads on them that turn or do not, see the module's docstring. [N/m, N; N, N m]
+        A, the stiffness of the bodies by the loads on them, see the module's docstring. [N/m, N; N, N m]
 
     Returns
     -------
