@@ -9,7 +9,7 @@ from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 from suspensions import body, cable, sagging, suspension, trifilar
 
-from cablestudy.statics import pose_state, rest, rigid, stability, tangent
+from cablestudy.statics import block_stiffness, pose_state, rest, rigid, stability, tangent
 from cablestudy.statics.rigid import cross_matrix
 from cablestudy.statics.tolerances import STATICS
 
@@ -43,7 +43,7 @@ def differences(found, step=1e-6):
 def test_differences_of_forces(at_rest):
     """Held degrees of freedom too; junctions have no moments."""
     count = len(at_rest.suspension.body_names)
-    whole = tangent.full(at_rest.blocks, count)
+    whole = block_stiffness.full(at_rest.blocks, count)
     expected = differences(at_rest)
     np.testing.assert_allclose(whole, expected, atol=2e-8 * np.abs(expected).max())
 
@@ -66,7 +66,7 @@ def test_the_energy_and_its_slope():
 
 def test_symmetric_under_all_loads_only(at_rest):
     """K_tt - K_tt^T = [M x], M the moment of the loads that are counted: zero for all of them."""
-    whole = tangent.full(at_rest.blocks, len(at_rest.suspension.body_names))
+    whole = block_stiffness.full(at_rest.blocks, len(at_rest.suspension.body_names))
     np.testing.assert_allclose(whole, whole.T, atol=1e-9 * np.abs(whole).max())
     center, weight = tangent.weights(at_rest.suspension, at_rest.rotation)
     ends, arms = at_rest.end_forces, at_rest.arms
@@ -92,8 +92,8 @@ def test_least_eigenvalue_dense_and_sparse():
     """The same stability from the dense matrix and from the sparse one."""
     found = rest.pose(sagging())
     own = found.suspension
-    scales = np.sqrt(tangent.magnitudes(found.blocks, own))
-    value, vector = stability._least_eigenvalue(tangent.scaled_sparse(found.blocks, own, scales))
+    scales = np.sqrt(block_stiffness.magnitudes(found.blocks, own))
+    value, vector = stability._least_eigenvalue(block_stiffness.scaled_sparse(found.blocks, own, scales))
     assert value == pytest.approx(found.stability.least, rel=1e-9)
     assert np.linalg.norm(vector) == pytest.approx(1)
 
@@ -121,15 +121,15 @@ def test_displacements_and_condensed_stiffness_are_those_of_the_whole_matrix(at_
     """Few equations are dense, many are sparse: both hold against K u = f and K_bb - K_bj K_jj^-1 K_jb, written out."""
     monkeypatch.setattr(type(STATICS), "dense_freedoms", dense_freedoms)
     suspension, blocks, bodies = at_rest.suspension, at_rest.blocks, 6 * at_rest.suspension.bodies
-    whole = tangent.full(blocks, len(suspension.body_names))
+    whole = block_stiffness.full(blocks, len(suspension.body_names))
     free = suspension.free.ravel()
     forces = np.random.default_rng(3).normal(size=(free.sum(), 2))
-    found = tangent.displacements(blocks.of(None), suspension, forces[None])
+    found = block_stiffness.displacements(blocks.of(None), suspension, forces[None])
     assert whole[np.ix_(free, free)] @ found[0] == pytest.approx(forces, abs=1e-9)
     junctions = np.flatnonzero(free & (np.arange(len(free)) >= bodies))
     following = np.linalg.inv(whole[np.ix_(junctions, junctions)]) @ whole[junctions, :bodies]
     condensed = whole[:bodies, :bodies] - whole[:bodies, junctions] @ following
-    for body_number, of_body in enumerate(tangent.body_stiffness(blocks, suspension)):
+    for body_number, of_body in enumerate(block_stiffness.body_stiffness(blocks, suspension)):
         rows = slice(6 * body_number, 6 * body_number + 6)
         assert of_body == pytest.approx(condensed[rows, rows], abs=1e-9 * np.abs(condensed).max())
 

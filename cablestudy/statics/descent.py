@@ -16,7 +16,7 @@ from cablestudy.cable import catenary
 from cablestudy.cable.matrices import factors_of_each, shifted_factors
 from cablestudy.cable.records import assign_rows, copy_record, take_rows
 from cablestudy.cable.vectors import dot, largest, size, times
-from cablestudy.statics import tangent
+from cablestudy.statics import block_stiffness, tangent
 from cablestudy.statics.pose_state import displaced_with_work, evaluate, extent, longest, spans
 from cablestudy.statics.rounding import largest_ratio
 from cablestudy.statics.tangent import GROUND
@@ -74,22 +74,23 @@ def newton_step(suspension, state, evaluation):
     `STATICS.widest_turn`, the step of the whole case is shortened.
     """
     free = suspension.free
-    force, end_forces = tangent.free_values(suspension, evaluation.net), evaluation.end_forces
+    force, end_forces = block_stiffness.free_values(suspension, evaluation.net), evaluation.end_forces
     blocks = tangent.stiffness_blocks(suspension, state.rotation, state.arms, end_forces, evaluation.end_stiffness)
     largest_step = np.ones((len(force), *free.shape)) * STATICS.widest_turn
     largest_step[..., :3] = STATICS.farthest_step * extent(state)[:, None, None]
     # where nothing holds a degree of freedom the step is small if the force is rounding, and else as large as allowed
     least_stiffness = np.maximum(np.abs(evaluation.net), evaluation.least_rounding) / largest_step
-    least_stiffness = tangent.free_values(suspension, least_stiffness)
-    stiffness = np.maximum(tangent.magnitudes(blocks, suspension), least_stiffness)
+    least_stiffness = block_stiffness.free_values(suspension, least_stiffness)
+    stiffness = np.maximum(block_stiffness.magnitudes(blocks, suspension), least_stiffness)
     scales = np.sqrt(np.maximum(stiffness, STATICS.tiny))
     if free.sum() <= STATICS.dense_freedoms:
-        largest_scaled = tangent.free_values(suspension, largest_step) * scales
-        scaled_step = _dense_step(tangent.scaled_dense(blocks, suspension, scales), force / scales, largest_scaled)
+        largest_scaled = block_stiffness.free_values(suspension, largest_step) * scales
+        scaled = block_stiffness.scaled_dense(blocks, suspension, scales)
+        scaled_step = _dense_step(scaled, force / scales, largest_scaled)
     else:
         scaled_step = np.empty(scales.shape)
         for case in range(len(force)):
-            matrix = tangent.scaled_sparse(blocks.of(case), suspension, scales[case])
+            matrix = block_stiffness.scaled_sparse(blocks.of(case), suspension, scales[case])
             # a multiple of I is added until the stiffness is positive definite
             scaled_step[case] = shifted_factors(matrix, STATICS.flattest)[0].solve(force[case] / scales[case])
     step = np.zeros(largest_step.shape)
@@ -115,7 +116,7 @@ def _dense_step(matrix, force, largest):
     unit = np.eye(force.shape[-1])
     definite = np.isfinite(factors_of_each(symmetric - STATICS.flattest * unit)).all(axis=(-1, -2))
     regular = matrix if definite.all() else np.where(definite[:, None, None], matrix, unit)
-    exact = tangent.solved(regular, force)
+    exact = block_stiffness.solved(regular, force)
     usable = definite & (np.abs(exact) <= largest).all(axis=-1)
     if usable.all():
         return exact

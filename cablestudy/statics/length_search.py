@@ -16,7 +16,7 @@ import numpy as np
 from cablestudy.cable import catenary
 from cablestudy.cable.records import assign_rows, copy_record, take_rows
 from cablestudy.cable.vectors import largest, size
-from cablestudy.statics import rounding, stated, tangent
+from cablestudy.statics import block_stiffness, rounding, stated, tangent
 from cablestudy.statics.descent import CONVERGED, ROUNDED, TOO_MANY, UNHELD, SearchRecord, imbalance
 from cablestudy.statics.fitted_lengths import least_preload
 from cablestudy.statics.pose_state import PoseState, displaced, end_forces_and_stiffness, extent, spans
@@ -277,8 +277,9 @@ def linearised(problem, state):
     forces, stiffness, links = end_forces_and_stiffness(suspension, state, cables, rates.stiffness)
     net, scale = tangent.net_forces(suspension, state.rotation, state.arms, forces, cables.max_tension)
     blocks = tangent.stiffness_blocks(suspension, state.rotation, state.arms, forces, stiffness)
-    force_by_value, stiffness = at_stated_values(suspension, state.arms, rates, tangent.dense(blocks, suspension))
-    sizes = tangent.free_values(suspension, tangent.motion_units(suspension))
+    at_constant_lengths = block_stiffness.dense(blocks, suspension)
+    force_by_value, stiffness = at_stated_values(suspension, state.arms, rates, at_constant_lengths)
+    sizes = block_stiffness.free_values(suspension, tangent.motion_units(suspension))
     # in this memory order for any number of cases: the sums of a product of matrices follow it
     by_tension = np.ascontiguousarray(np.swapaxes(force_by_value[:, problem.open_cables], -1, -2) / sizes[..., None])
     by_motion = -(stiffness / (sizes[:, :, None] * sizes[:, None, :]))[..., problem.moving[suspension.free]]
@@ -286,7 +287,7 @@ def linearised(problem, state):
     bounds = rounding.bounds(suspension, state.rotation, state.arms, ends, strain, cables, cables.max_tension, links)
     of_values = rounding.of_stated(ends[:, suspension.of_cables], strain, cables, quantities, suspension.value)
     return LinearForces(
-        net=tangent.free_values(suspension, net) / sizes,
+        net=block_stiffness.free_values(suspension, net) / sizes,
         by_tension=by_tension,
         by_motion=np.ascontiguousarray(by_motion),
         imbalance=imbalance(suspension, net, scale),

@@ -11,7 +11,7 @@ import numpy as np
 
 from cablestudy.cable.matrices import shifted_factors
 from cablestudy.cable.vectors import largest
-from cablestudy.statics import tangent
+from cablestudy.statics import block_stiffness, tangent
 from cablestudy.statics.tolerances import STATICS
 
 STABLE, MECHANISM, UNSTABLE = range(3)
@@ -75,7 +75,7 @@ def stability_of(equilibrium):
         shape = blocks.matrices.shape[:-3]
         motion = np.zeros((*shape, *suspension.free.shape))
         return Stability(np.full(shape, np.inf), np.full(shape, STABLE), motion, suspension.body_names)
-    sizes = tangent.magnitudes(blocks, suspension)
+    sizes = block_stiffness.magnitudes(blocks, suspension)
     scales = np.sqrt(np.where(sizes > 0, sizes, 1.0))
     least, vector = _least_eigenvalues(blocks, suspension, scales)
     # forces that are balanced to the residual only leave the geometric stiffness uncertain by as much
@@ -91,19 +91,19 @@ def stability_of(equilibrium):
 def _least_eigenvalues(blocks, suspension, scales):
     """Least eigenvalue, shape (...), and its eigenvector, (..., d), of the stiffness scaled by `scales`, (..., d)."""
     if scales.shape[-1] <= STATICS.dense_freedoms:
-        matrix = tangent.scaled_dense(blocks, suspension, scales)
+        matrix = block_stiffness.scaled_dense(blocks, suspension, scales)
         values, vectors = np.linalg.eigh((matrix + np.swapaxes(matrix, -1, -2)) / 2)
         return values[..., 0], vectors[..., 0]
     shape = blocks.matrices.shape[:-3]
     least, vector = np.empty(shape), np.empty(scales.shape)
     for case in np.ndindex(shape):
-        matrix = tangent.scaled_sparse(blocks.of(case), suspension, scales[case])
+        matrix = block_stiffness.scaled_sparse(blocks.of(case), suspension, scales[case])
         least[case], vector[case] = _least_eigenvalue(matrix)
     return least, vector
 
 
 def _blocks_without_loose_cables(equilibrium):
-    """`tangent.Blocks` of the equilibrium without its loose cables, which hold nothing.
+    """`block_stiffness.Blocks` of the equilibrium without its loose cables, which hold nothing.
 
     A cable is loose if it has neither weight nor loads, and a tension no larger than the rounding of its strain:
     rounding decides whether it is just taut or just slack.

@@ -15,7 +15,7 @@ import numpy as np
 from cablestudy.cable import catenary
 from cablestudy.cable.records import assign_rows, copy_record, take_rows
 from cablestudy.cable.vectors import size
-from cablestudy.statics import stated, tangent
+from cablestudy.statics import block_stiffness, stated, tangent
 from cablestudy.statics.descent import ROUNDED, UNMET, descend
 from cablestudy.statics.fitted_lengths import fit_strains, linear_measure
 from cablestudy.statics.pose_state import displaced, end_forces_and_stiffness, spans
@@ -166,7 +166,7 @@ def coupled_step(suspension, state, cables, sought, error):
     """Newton step of bodies and cable lengths together towards the stated tensions and sags.
 
     The step q of the bodies and the relative changes of length dL/L solve the equations of the module's docstring.
-    Degrees of freedom are scaled, see `tangent.magnitudes`, and dL/L is divided by the dL/L for which D alone gives a
+    Degrees of freedom are scaled, see `blocks.magnitudes`, and dL/L is divided by the dL/L for which D alone gives a
     relative change of 1. A step takes away an error of no more than `STATICS.error_in_step`, and changes no length by
     more than `STATICS.length_change`. The error of a sag is replaced by a measure that is nearly linear in L
     (`linear_measure`).
@@ -198,7 +198,7 @@ def coupled_step(suspension, state, cables, sought, error):
     length_scale = np.where(value_by_length != 0, 1 / np.maximum(np.abs(value_by_length), STATICS.tiny), 1.0)
     equations = CoupledEquations(
         blocks,
-        scales=np.sqrt(np.maximum(tangent.magnitudes(blocks, suspension), STATICS.tiny)),
+        scales=np.sqrt(np.maximum(block_stiffness.magnitudes(blocks, suspension), STATICS.tiny)),
         sought=sought,
         force_by_length=tangent.wrenches(arms, rates.end_forces[:, sought]) * length_scale[..., None, None],
         value_by_motion=tangent.wrenches(arms, value_by_ends),
@@ -220,7 +220,7 @@ class CoupledEquations:
 
     Attributes
     ----------
-    blocks : tangent.Blocks
+    blocks : block_stiffness.Blocks
         K, the tangent stiffness.
     scales : ndarray, shape (n, d)
         By which rows and columns of the degrees of freedom are divided. [sqrt(N/m)], [sqrt(N m/rad)]
@@ -235,7 +235,7 @@ class CoupledEquations:
         Right-hand sides of the equations of the stated values, -error.
     """
 
-    blocks: tangent.Blocks
+    blocks: block_stiffness.Blocks
     scales: np.ndarray
     sought: np.ndarray
     force_by_length: np.ndarray
@@ -248,7 +248,7 @@ class CoupledEquations:
         n, d = self.scales.shape
         right = np.concatenate([np.zeros((n, d)), self.right], axis=-1)
         if right.shape[-1] <= STATICS.dense_freedoms:
-            solution = tangent.solved(self._dense(suspension), right)
+            solution = block_stiffness.solved(self._dense(suspension), right)
         else:
             from scipy.sparse.linalg import splu
 
@@ -262,7 +262,7 @@ class CoupledEquations:
         force_by_length = tangent.by_body(suspension, self.sought, self.force_by_length) / scales  # G^T, (n, s, d)
         value_by_motion = tangent.by_body(suspension, self.sought, self.value_by_motion) / scales  # M, (n, s, d)
         matrix = np.zeros((n, d + s, d + s))
-        matrix[:, :d, :d] = tangent.scaled_dense(self.blocks, suspension, self.scales)
+        matrix[:, :d, :d] = block_stiffness.scaled_dense(self.blocks, suspension, self.scales)
         matrix[:, :d, :d] += STATICS.added_stiffness * np.eye(d)
         matrix[:, :d, d:] = -np.swapaxes(force_by_length, -1, -2)
         matrix[:, d:, :d] = value_by_motion
@@ -276,7 +276,7 @@ class CoupledEquations:
         shape = len(self.sought), self.scales.shape[-1]  # (s, d)
         owner = suspension.owner[self.sought]
         cable, end = np.nonzero(owner != GROUND)  # of each of e ends that a body holds
-        freedom = tangent.free_index(suspension.free)[owner[cable, end]]  # of each motion of that body, shape (e, 6)
+        freedom = block_stiffness.free_index(suspension.free)[owner[cable, end]]  # of motions of that body, (e, 6)
         is_free = freedom >= 0
         rows, columns = np.broadcast_to(cable[:, None], freedom.shape)[is_free], freedom[is_free]
 
@@ -285,7 +285,7 @@ class CoupledEquations:
             return coo_array((at_ends[cable, end][is_free], (rows, columns)), shape) @ diags_array(1 / scales)
 
         for case, scales in enumerate(self.scales):
-            stiffness = tangent.scaled_sparse(self.blocks.of(case), suspension, scales)  # K
+            stiffness = block_stiffness.scaled_sparse(self.blocks.of(case), suspension, scales)  # K
             stiffness = stiffness + STATICS.added_stiffness * eye_array(shape[1])
             force_by_length = by_freedom(self.force_by_length[case], scales)  # G^T
             value_by_motion = by_freedom(self.value_by_motion[case], scales)  # M

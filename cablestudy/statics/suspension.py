@@ -13,7 +13,7 @@ import numpy as np
 from cablestudy.cable.catenary import Catenary
 from cablestudy.cable.records import take_rows
 from cablestudy.cable.vectors import row_keys, times
-from cablestudy.statics import stability, tangent, uncertainty
+from cablestudy.statics import block_stiffness, stability, tangent, uncertainty
 from cablestudy.statics.links import Links, joined
 from cablestudy.statics.tangent import GROUND
 
@@ -344,16 +344,16 @@ class Equilibrium:
 
     @cached_property
     def blocks(self):
-        """Stiffness of all degrees of freedom, held ones too, by cable, link and body: `tangent.Blocks`."""
+        """Stiffness of all degrees of freedom, held ones too, by cable, link and body: `block_stiffness.Blocks`."""
         return tangent.stiffness_blocks(self.suspension, self.rotation, self.arms, self.end_forces, self.end_stiffness)
 
     @cached_property
     def stiffness(self):
         """Stiffness of the free degrees of freedom, in the order of `free.ravel()`, all loads counted, (..., d, d).
 
-        `tangent.sparse` makes the same matrix of one case for a large net.
+        `blocks.sparse` makes the same matrix of one case for a large net.
         """
-        return tangent.dense(self.blocks, self.suspension)
+        return block_stiffness.dense(self.blocks, self.suspension)
 
     @cached_property
     def body_stiffness(self):
@@ -362,7 +362,7 @@ class Equilibrium:
         For small movements of this body, of its held degrees of freedom too, with the junctions following and all
         other bodies at rest. Rows x y z rx ry rz. [N/m, N/rad; N, N m/rad]
         """
-        return tangent.body_stiffness(self.blocks, self.suspension)
+        return block_stiffness.body_stiffness(self.blocks, self.suspension)
 
     @cached_property
     def stability(self):

@@ -17,7 +17,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.cable.vectors import largest, size
-from cablestudy.statics import rounding, stated, tangent
+from cablestudy.statics import block_stiffness, rounding, stated, tangent
 from cablestudy.statics.links import joined
 from cablestudy.statics.rigid import point_movement
 from cablestudy.statics.stability import MOTIONS
@@ -160,7 +160,7 @@ def _displacements(blocks, suspension, forces):
     freedoms = np.flatnonzero(suspension.free)
     displacement = np.zeros((*forces.shape[:-3], suspension.free.size, forces.shape[-1]))
     free_forces = forces.reshape(displacement.shape).take(freedoms, axis=-2)
-    displacement[..., freedoms, :] = tangent.displacements(blocks, suspension, free_forces)
+    displacement[..., freedoms, :] = block_stiffness.displacements(blocks, suspension, free_forces)
     return displacement.reshape(forces.shape)
 
 
@@ -245,7 +245,7 @@ def _residuals(equilibrium, quantities, length_known):
 
 
 def _blocks(equilibrium, end_stiffness, length_known):
-    """`tangent.Blocks` of the suspension with cables that keep what they state, see `_with_links`."""
+    """`block_stiffness.Blocks` of the suspension with cables that keep what they state, see `_with_links`."""
     suspension, blocks = equilibrium.suspension, equilibrium.blocks
     if length_known.all():
         return blocks

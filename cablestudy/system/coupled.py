@@ -16,7 +16,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.cable.matrices import dense
-from cablestudy.statics import tangent
+from cablestudy.statics import block_stiffness
 from cablestudy.statics.rigid import cross_matrix, point_movement
 from cablestudy.statics.suspension import GROUND, Equilibrium
 from cablestudy.system.assemble import assemble
@@ -86,7 +86,7 @@ class Layout:
         if self.large:
             from scipy.sparse import coo_array
 
-            free_index = tangent.free_index(self.equilibrium.suspension.free).ravel()
+            free_index = block_stiffness.free_index(self.equilibrium.suspension.free).ravel()
             rows, columns = np.broadcast_arrays(rows, free_index[columns])
             entries = (columns >= 0) & (blocks != 0)
             shape = 6 * len(owner), len(self.free)
@@ -134,8 +134,9 @@ class Layout:
     def of_bodies(self, matrices):
         """Matrix of the free displacements, shape (..., d, d), from one of each body, shape (..., b, 6, 6)."""
         bodies, suspension = np.arange(matrices.shape[-3]), self.equilibrium.suspension
-        diagonal = tangent.Blocks(bodies, bodies, matrices)
-        return tangent.sparse(diagonal, suspension) if self.large else tangent.dense(diagonal, suspension)
+        diagonal = block_stiffness.Blocks(bodies, bodies, matrices)
+        matrix_of = block_stiffness.sparse if self.large else block_stiffness.dense
+        return matrix_of(diagonal, suspension)
 
     def system(self, elements, imposed=None):
         """`LinearSystem` with some superelements of the cables.

@@ -7,7 +7,7 @@ import numpy as np
 from cablestudy.cable.catenary_in_drag import bounded_errors
 from cablestudy.cable.records import take_rows
 from cablestudy.cable.vectors import cross, times
-from cablestudy.statics import tangent
+from cablestudy.statics import block_stiffness
 from cablestudy.study.conductors import (
     Conductors,
     distinct_without_case,
@@ -84,8 +84,8 @@ class SuspendedConductors:
             moment = cross(arms[row, cable, end][:, None], force)
             at_end = sign * np.concatenate([force, moment], axis=-1)
             np.add.at(loads, (row, cable, slice(None), owner[cable, end]), at_end)
-        on_free = tangent.free_values(suspension, loads[..., :-1, :]).reshape(len(loads), 2 * len(present), -1)
-        moved = tangent.displacements(equilibrium.blocks, suspension, np.swapaxes(on_free, -1, -2))
+        on_free = block_stiffness.free_values(suspension, loads[..., :-1, :]).reshape(len(loads), 2 * len(present), -1)
+        moved = block_stiffness.displacements(equilibrium.blocks, suspension, np.swapaxes(on_free, -1, -2))
         movements = np.zeros((*equilibrium.position.shape[:-1], 6))
         movements[:, free] = bounded_errors(STUDY.conductor_movement * np.abs(moved).sum(axis=-1))
         return movements

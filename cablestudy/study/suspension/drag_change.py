@@ -15,7 +15,7 @@ from cablestudy.cable.matrices import largest_ratio
 from cablestudy.cable.steady_drag import SteadyDrag, across
 from cablestudy.cable.tolerances import CABLE
 from cablestudy.cable.vectors import size
-from cablestudy.statics import tangent
+from cablestudy.statics import block_stiffness, tangent
 from cablestudy.statics.links import Links, joined
 from cablestudy.statics.pose_state import PoseState, displaced, spans
 from cablestudy.statics.rigid import rotation_vector
@@ -231,7 +231,7 @@ def _search(equilibrium, drag, steady, parts, least):
 def _balanced(equilibrium, moved):
     """True where bodies are left with almost nothing of what the forces change by drag that varies, shape (n,)."""
     suspension, forces = moved.suspension, moved.end_forces
-    net = _net_forces(moved) / tangent.free_values(suspension, tangent.motion_units(suspension))
+    net = _net_forces(moved) / block_stiffness.free_values(suspension, tangent.motion_units(suspension))
     change, largest = (size(vectors).max(axis=(-2, -1)) for vectors in (forces - equilibrium.end_forces, forces))
     balanced = np.abs(net).max(axis=-1) <= CABLE.settled_drag * np.maximum(change, CABLE.no_drag * largest)
     return balanced & (moved.catenary.unsettled <= CABLE.known_drag).all(axis=-1)
@@ -241,7 +241,7 @@ def _net_forces(equilibrium):
     """Net forces [N] and moments [N m] on the d free degrees of freedom of n cases, shape (n, d)."""
     suspension, none = equilibrium.suspension, np.zeros(equilibrium.lengths.shape)
     of_all, _ = tangent.net_forces(suspension, equilibrium.rotation, equilibrium.arms, equilibrium.end_forces, none)
-    return tangent.free_values(suspension, of_all)
+    return block_stiffness.free_values(suspension, of_all)
 
 
 def _limited(steps, most):
@@ -254,7 +254,7 @@ def _movement(equilibrium):
     """Movements of bodies and points by the net forces on them, (n, b, 6); zero where they are held. [m], [rad]"""
     suspension, net = equilibrium.suspension, _net_forces(equilibrium)
     movement = np.zeros((len(net), *suspension.free.shape))
-    movement[:, suspension.free] = tangent.displacements(equilibrium.blocks, suspension, net[..., None])[..., 0]
+    movement[:, suspension.free] = block_stiffness.displacements(equilibrium.blocks, suspension, net[..., None])[..., 0]
     return movement
 
 
@@ -286,4 +286,4 @@ def stiffness_change(equilibrium, blocks, of_cables):
     if not 0 < suspension.free.sum() <= STUDY.dense_stiffness:
         return largest_ratio(of_cables, equilibrium.end_stiffness[:, suspension.of_cables]).max(axis=-1)
     before = equilibrium.stiffness
-    return largest_ratio(tangent.dense(blocks, suspension) - before, before)
+    return largest_ratio(block_stiffness.dense(blocks, suspension) - before, before)
