@@ -208,9 +208,9 @@ class Truth:
 
 def assert_within_stated_errors(data):
     """Compare all columns; return those of the truth, and the row."""
-    equilibrium = case_of(data).equilibrium
-    truth = Truth(data, equilibrium.end_forces[:, 0])
-    expected = truth.columns(equilibrium.position[0], equilibrium.rotation[0])
+    rest = case_of(data).rest  # of which the search for the truth begins nearby
+    truth = Truth(data, rest.end_forces[:, 0])
+    expected = truth.columns(rest.position[0], rest.rotation[0])
     row = solve(data, *expected)
     for column, value in expected.items():
         # pieces: the lowest of their ends
@@ -228,7 +228,7 @@ def test_load_cases_of_suspensions_are_within_their_stated_errors(seed):
     assert_within_stated_errors(scene_data(seed))
 
 
-@pytest.mark.parametrize("seed", campaign(range(14), [0, 1, 4, 7]))
+@pytest.mark.parametrize("seed", campaign([*range(14), 23], [0, 1, 4, 7, 23]))  # 23: on a stiff short cable
 def test_light_bodies_and_insulators_in_a_storm_are_within_their_stated_errors(seed):
     """Drag that follows the cables moves them by metres, and none of their errors is stated much too large."""
     _, row = assert_within_stated_errors(scene_data(seed, storm=True))

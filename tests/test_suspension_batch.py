@@ -189,8 +189,6 @@ def test_a_case_whose_wind_and_attitude_do_not_agree_fails_alone(monkeypatch):
     study = read_study(IN_MEAN_WIND | speeds | {"columns": ["gondola.mean_x"]})
     (calm, windy) = numbers_and_status(study, range(2)).values()
     assert calm[1] == "ok"
-    reason = (
-        "no equilibrium in the mean wind: the forces of the mean wind and the attitude that they lead to do not agree"
-    )
+    reason = "no equilibrium in the mean wind: the forces of the wind and the positions that they lead to do not agree"
     assert windy[1] == reason
     assert windy[0] == [None]

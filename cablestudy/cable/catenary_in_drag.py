@@ -61,6 +61,11 @@ class CatenaryInDrag(SegmentedCable):
         coarser = self.coarser and self.coarser._changed(of_catenary, of_arrays)
         return replace(of_arrays(own), catenary=of_catenary(self.catenary), coarser=coarser)
 
+    @property
+    def found(self):
+        """True where the search for the drag settled, shape (...)."""
+        return self.unsettled <= CABLE.known_drag
+
     @cached_property
     def least_errors(self):
         """Relative errors that all numbers of each cable have, shape (...). [-]

@@ -99,7 +99,7 @@ class SceneCommands:
                 raise NoSolutionError(f"{error}{hint}") from None
             raise
         failures = tuple(f"{failure}{self._hint(failure)}" for failure in answer.failures)
-        warnings = (*answer.warnings, *self._above_accuracy(what, answer))
+        warnings = (*answer.warnings, *self._above_accuracy(answer))
         return replace(answer, failures=failures, warnings=warnings, draw=self._with_case_in_title(answer.draw))
 
     def _with_case_in_title(self, draw):
@@ -109,9 +109,9 @@ class SceneCommands:
             return draw
         return lambda plots, **options: plots.name_case(draw(plots, **options), case)
 
-    def _above_accuracy(self, what, answer):
-        """A note on errors of an `Answer` about motion that are above the accuracy, at most one; tuple of str."""
-        if answer.failures or what not in ("windrms", "loop"):
+    def _above_accuracy(self, answer):
+        """A note on errors of an `Answer` that are above the accuracy, at most one; tuple of str."""
+        if answer.failures:
             return ()
         from cablestudy.study.notes import above_accuracy
 

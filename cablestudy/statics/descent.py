@@ -30,7 +30,7 @@ REASONS = (
     "no lengths were found for which the cables have what they state",
     "no tensions within the bounds hold the bodies where they shall be",
     "converged: no step leaves less, and what is left is the rounding of lengths and positions",
-    "the forces of the mean wind and the attitude that they lead to do not agree",
+    "the forces of the wind and the positions that they lead to do not agree",
     "a body turns on and on",
 )
 # strains by the loads that softened cables have, in turn (`least_energy_poses`): cables ten times as stiff as before

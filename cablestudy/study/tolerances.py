@@ -44,9 +44,10 @@ class StudyTolerances:
     # 1e-12 for common cables, and 1e-6 where a storm changes the tension by a half
     drag_parts: int = 4
     pushed_drag_steps: int = 6  # of the end of a cable that is pushed
-    drag_movements: int = 30  # of the bodies of a suspension in that search, at most;
+    # of the bodies of a suspension in that search, from the stiffness alone and at most; where that finds nothing, such
+    # as beside a stiff short cable, a second search combines none before they have become small
+    drag_movements: tuple = ((3, 30), (30, 60))
     rough_movements: int = 2  # the first ones with drag on one part of each piece,
-    plain_movements: int = 3  # and from the stiffness alone,
     combined_movements: int = 5  # others are combined from so many,
     drag_movement: float = 0.05  # and none is longer than this share of the longest cable
     push_steps: int = 200  # of the search for the position of a pushed end

@@ -15,7 +15,7 @@ from cablestudy.errors import CablestudyError, NoSolutionError, SceneError
 from cablestudy.interrupts import Interrupts
 from cablestudy.scene.tolerances import SCENE
 from cablestudy.scene.words import counted, first_of
-from cablestudy.study.column import CLOSED, SYSTEM
+from cablestudy.study.column import CLOSED
 from cablestudy.study.columns import find_header
 from cablestudy.study.notes import above_accuracy
 from cablestudy.study.prepare import prepare
@@ -235,15 +235,15 @@ class Run:
             rows = [str(case + 1) for case in self.store.doubtful(doubt)]
             if rows:
                 lines.append(f"warning: {words} in {len(rows)} of {self.done} rows: {first_of(rows, SWEEPS.listed)}")
-        return [*lines, *above_accuracy(self._errors_of_motion())]
+        return [*lines, *above_accuracy(self._errors())]
 
-    def _errors_of_motion(self):
-        """Yield of each row the errors of gondola, loop and wind, header -> error, and the accuracy of its scene."""
-        headers = {column.header for column in self.columns if column.needs in SYSTEM}
+    def _errors(self):
+        """Yield the errors of each row that states any, header -> error, and the accuracy of its scene."""
+        headers = {column.header for column in self.columns}
         varied = any(key.partition(".")[0] == "model" for key in self.study.set_keys)
         accuracy_of = lru_cache(maxsize=1)(lambda case: self.study.case(case)[1].model.accuracy)
         first = None
-        for case, errors in self.store.errors() if headers else ():
+        for case, errors in self.store.errors():
             first = case if varied or first is None else first
             yield {header: error for header, error in errors.items() if header in headers}, accuracy_of(first)
 

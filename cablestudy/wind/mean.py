@@ -137,7 +137,7 @@ def equilibrium_in_wind(without_wind, drag):
     Returns
     -------
     Equilibrium
-        Its record states for each case whether the search failed, or forces and attitude do not agree.
+        Its record states for each case whether the search failed, or forces and positions do not agree.
 
     Notes
     -----

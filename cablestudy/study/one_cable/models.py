@@ -247,7 +247,7 @@ class ElementResults(Results):
 
     def __init__(self, closed, indices, models):
         super().__init__(closed.values.take(indices))
-        self.models = models
+        self.models, self.failures = models, {}
         arrays = (array[indices] for array in (closed.reference_length, *closed.pushed))
         self.loaded = LoadedCables(models.span, closed.drag.take(indices), *arrays, {})
         self.catenary = closed.catenary.take(indices)

@@ -23,6 +23,7 @@ from cablestudy.study.one_cable.loaded_cables import loaded_cables
 from cablestudy.study.statics import ClosedStatics, tensions_by_end_2
 from cablestudy.study.tolerances import STUDY
 
+NO_FORM = "no equilibrium in the steady wind: the drag on the cable and its form do not agree"
 NO_MOTION = "the cable hangs folded: somewhere it has no tension, and no stiffness about it"
 
 
@@ -79,7 +80,7 @@ class Results:
         if not self.in_steady_wind or self._drag_parts < STUDY.drag_parts:
             return None
         coarser = Results(self.values, self._drag_parts // 2)
-        coarser.equivalent_cables = self.equivalent_cables
+        coarser.equivalent_cables, coarser.failures = self.equivalent_cables, self.failures
         if self.loaded.at is None:
             coarser.loaded, coarser.catenary, coarser.form = self.loaded, self.catenary, self.form.coarser
         return coarser
@@ -123,6 +124,9 @@ class Results:
         for case in np.flatnonzero(~record.converged & ~self.limp).tolist():
             steps = int(record.steps[case])
             failures[case] = ConvergenceError(f"catenary: no convergence in {steps} steps", record)
+        if self.in_steady_wind:
+            for case in np.flatnonzero(~self.form.found & ~self.limp).tolist():
+                failures.setdefault(case, ConvergenceError(NO_FORM))
         return failures | {case: NoSolutionError(reason) for case, reason in reasons.items()}
 
     @property

@@ -71,14 +71,14 @@ class SuspensionCase(SuspensionAtRest, ComparedCase):
         if self.scene.control is not None:
             for name in self.with_all_cables.winches:
                 self.refuse_lost(name, "the loop needs the winch of {0}, which is lost in the load case {1}")
-        group, index, (equilibrium, drag) = self.group, self.index, self.group.in_mean_wind
+        group, index, (_, drag), equilibrium = self.group, self.index, self.group.in_mean_wind, self.group.in_motion
         if not equilibrium.record.converged[index]:
             raise ConvergenceError(f"no equilibrium in the mean wind: {explain(equilibrium.take(index))}")
-        if drag is not None and (reason := group.in_motion.stability.reason(index)):
+        if drag is not None and (reason := equilibrium.stability.reason(index)):
             raise NoSolutionError(f"in the mean wind: {reason}")
         airflow = drag and Airflow(self.scene, *group.drags(index))
         model_and_loops = fixed_model(self.scene, group.mean_drag(index)), group.linear_models[index]
-        arguments = self.scene, self.without_wind, group.in_motion.take(index), airflow, *model_and_loops
+        arguments = self.scene, self.without_wind, equilibrium.take(index), airflow, *model_and_loops
         return DynamicAnalysis(*arguments, modes=group.modes_in_wind[index])
 
     @property

@@ -16,6 +16,7 @@ from cablestudy.cable.steady_drag import SteadyDrag, across
 from cablestudy.cable.tolerances import CABLE
 from cablestudy.cable.vectors import size
 from cablestudy.statics import block_stiffness, tangent
+from cablestudy.statics.descent import DISAGREED
 from cablestudy.statics.links import Links, joined
 from cablestudy.statics.pose_state import PoseState, displaced, spans
 from cablestudy.statics.rigid import rotation_vector
@@ -60,8 +61,7 @@ def equilibria_in_drag(equilibrium, drag, parts):
     Parameters
     ----------
     equilibrium : Equilibrium
-        Of n cases, in the wind, the drag taken as uniform along each cable. Cases without equilibrium keep it, and
-        those for which no other is found.
+        Of n cases, in the wind, the drag taken as uniform along each cable. Cases without equilibrium keep it.
     drag : Drag
         The wind, and drag areas of cables and bodies.
     parts : int
@@ -71,7 +71,7 @@ def equilibria_in_drag(equilibrium, drag, parts):
     -------
     dict
         Number of parts -> `Equilibrium`, of half of the parts and of all. Its `catenary` is a `CatenaryInDrag` of shape
-        (n, c); where no equilibrium was found, `unsettled` of the cables whose ends move is `CABLE.unknown_error`.
+        (n, c). Where none was found it is not valid: the reason in its record is `DISAGREED`.
 
     Notes
     -----
@@ -80,22 +80,23 @@ def equilibria_in_drag(equilibrium, drag, parts):
     """
     steady, movement = drag_on_cables(drag, equilibrium), np.zeros((*equilibrium.position.shape[:2], 6))
     rows = np.flatnonzero(equilibrium.record.converged & (steady.normal_drag > 0).any(axis=-1))
-    found, unknown = np.zeros(len(movement), dtype=bool), np.zeros((len(movement), 1))
-    if len(rows) and equilibrium.suspension.free.any():
+    found, lost = np.zeros((2, len(movement)), dtype=bool)
+    moves = equilibrium.suspension.free.any()
+    if len(rows) and moves:
         least = (tangent.motion_units(equilibrium.suspension) * equilibrium.uncertainty.pose).max(axis=(-2, -1))
-        in_wind = equilibrium.take(rows), drag.take(rows), steady.take(rows)
-        movement[rows], found[rows] = _search(*in_wind, parts, least[rows])
-        unknown[rows[~found[rows]]] = CABLE.unknown_error
+        for plain, most in STUDY.drag_movements:
+            left = rows[~found[rows]]
+            if len(left):
+                in_wind = equilibrium.take(left), drag.take(left), steady.take(left)
+                movement[left], found[left] = _search(*in_wind, parts, least[left], plain, most)
     finer = _moved(equilibrium, drag, steady, movement, parts)
     further = _movement(replace(finer, catenary=finer.catenary.coarser))
     uniform = replace(finer, catenary=finer.catenary.catenary)
     further = np.where(found[:, None, None], further, 0.0)
     coarser = _moved(uniform, drag, drag_on_cables(drag, uniform), further, parts // 2)
-    equilibria = {}
-    for number, rest in {parts // 2: coarser, parts: finer}.items():
-        unsettled = np.maximum(rest.catenary.unsettled, unknown * _moves(rest.suspension))
-        equilibria[number] = replace(rest, catenary=replace(rest.catenary, unsettled=unsettled))
-    return equilibria
+    lost[rows] = ~finer.catenary.found[rows].all(axis=-1) | (moves & ~found[rows])
+    record = replace(equilibrium.record, reason=np.where(lost, DISAGREED, equilibrium.record.reason))
+    return {parts // 2: replace(coarser, record=record), parts: replace(finer, record=record)}
 
 
 def _moved(equilibrium, drag, steady, movement, parts):
@@ -136,12 +137,6 @@ def _moved(equilibrium, drag, steady, movement, parts):
     return Equilibrium(loaded, state.position, state.rotation, form, equilibrium.record, links)
 
 
-def _moves(suspension):
-    """True for cables an end of which moves, shape (c,)."""
-    owner = suspension.owner[suspension.of_cables]
-    return np.append(suspension.free.any(axis=-1), False)[owner].any(axis=-1)  # the last one is the ground, -1
-
-
 def changes_by_fewer_parts(coarser, finer):
     """Changes of equilibria in drag that varies along each cable, if it varies on fewer parts of the cables.
 
@@ -177,7 +172,7 @@ def _with_wind_on_moved_bodies(equilibrium, drag, movement, rotation):
     return replace(suspension, **loads)
 
 
-def _search(equilibrium, drag, steady, parts, least):
+def _search(equilibrium, drag, steady, parts, least, plain, most):
     """Find how far the drag that varies along each cable moves the bodies of n cases.
 
     Each movement follows from the net forces by the tangent stiffness, to which the drag is a dead load. Since the drag
@@ -189,6 +184,8 @@ def _search(equilibrium, drag, steady, parts, least):
         As of `_moved`.
     least : ndarray, shape (n,)
         Steps that end the search however small the movement is. [m]
+    plain, most : int
+        Steps by the stiffness alone, and of all.
 
     Returns
     -------
@@ -199,13 +196,13 @@ def _search(equilibrium, drag, steady, parts, least):
     cases, units, tried = np.arange(len(least)), tangent.motion_units(equilibrium.suspension), []
     movement, found = np.zeros(units.shape), np.zeros(len(cases), dtype=bool)
     now, before = movement, np.full(len(cases), STUDY.tiny)
-    for step in range(STUDY.drag_movements):
+    for step in range(most):
         rough = step < STUDY.rough_movements
         moved = _moved(equilibrium, drag, steady, now / units, 1 if rough else parts)
         further = units * _movement(moved)
         of_step, of_all = (np.abs(vectors).max(axis=(-2, -1)) for vectors in (further, now))
         # the next step is as much smaller again, unless it is combined
-        rate = np.clip(of_step / before, CABLE.fastest_turns, 1.0) if step < STUDY.plain_movements else 1.0
+        rate = np.clip(of_step / before, CABLE.fastest_turns, 1.0) if step < plain else 1.0
         small = rate * of_step <= np.maximum(CABLE.settled_form * of_all, least)
         ended = small & _balanced(equilibrium, moved) & (not rough)
         found[cases[ended]], movement[cases[ended]] = True, ((now + further) / units)[ended]
@@ -218,13 +215,13 @@ def _search(equilibrium, drag, steady, parts, least):
                 array[on] for array in (cases, units, least, now, further, of_step)
             )
             tried = [[array[on] for array in both] for both in tried]
-        before, most = of_step, STUDY.drag_movement * equilibrium.longest
-        tried = [*tried, [now, now + _limited(further, most)]][-STUDY.combined_movements :]
+        before, longest = of_step, STUDY.drag_movement * equilibrium.longest
+        tried = [*tried, [now, now + _limited(further, longest)]][-STUDY.combined_movements :]
         following = tried[-1][1]
-        if step >= STUDY.plain_movements:
+        if step >= plain:
             flat = np.array(tried).reshape(len(tried), 2, len(cases), -1)
             following = next_argument(flat[:, 0], flat[:, 1]).reshape(now.shape)
-        now = now + _limited(following - now, most)
+        now = now + _limited(following - now, longest)
     return movement, found
 
 
@@ -234,7 +231,7 @@ def _balanced(equilibrium, moved):
     net = _net_forces(moved) / block_stiffness.free_values(suspension, tangent.motion_units(suspension))
     change, largest = (size(vectors).max(axis=(-2, -1)) for vectors in (forces - equilibrium.end_forces, forces))
     balanced = np.abs(net).max(axis=-1) <= CABLE.settled_drag * np.maximum(change, CABLE.no_drag * largest)
-    return balanced & (moved.catenary.unsettled <= CABLE.known_drag).all(axis=-1)
+    return balanced & moved.catenary.found.all(axis=-1)
 
 
 def _net_forces(equilibrium):

@@ -420,7 +420,7 @@ class Group:
         """`changes_by_fewer_parts` of `in_motion`; None without wind on cables.
 
         `least_errors` of the cables count too, of movements what the search left, as a share of the largest one by the
-        wind; it is `CABLE.unknown_error` where no equilibrium was found.
+        wind.
         """
         if self._in_moving_air is None:
             return None
@@ -478,6 +478,7 @@ class Group:
             at_rest_failure
             or _failure(self.without_wind, index, self._without_lost)
             or _failure(self.equilibrium, index, self._without_lost)
+            or (_convergence_failure(self.rest, index, self._without_lost) if self.in_steady_wind else None)
         )
 
     def modes(self, index, count):
@@ -527,10 +528,17 @@ def _failure(equilibrium, index, state=""):
     """The error of a case without a stable equilibrium, which names the state, or None."""
     if equilibrium.valid[index]:
         return None
-    if not equilibrium.record.converged[index]:
-        return ConvergenceError(f"{state}no equilibrium: {explain(equilibrium.take(index))}")
+    if failure := _convergence_failure(equilibrium, index, state):
+        return failure
     reason = equilibrium.stability.reason(index) or equilibrium.uncertainty.reason(index)
     return NoSolutionError(state + reason) if reason else None
+
+
+def _convergence_failure(equilibrium, index, state=""):
+    """The ConvergenceError of a case for which no equilibrium was found, which names the state, or None."""
+    if equilibrium.record.converged[index]:
+        return None
+    return ConvergenceError(f"{state}no equilibrium: {explain(equilibrium.take(index))}")
 
 
 def _with_form(numbers):
