@@ -350,12 +350,20 @@ class Plant:
         """Stiffness of the free displacements by loads on bodies: `airflow.load_stiffness_of_bodies`, shape (d, d)."""
         return load_stiffness_of_bodies(self.layout, self.airflow)
 
+    @cached_property
+    def loads_turn(self):
+        """True if loads turn with what moves: dead moments, or the mean drag where the air damps."""
+        kept = self._parts_of_system.kept
+        return self.load_stiffness_of_bodies.any() or any(one.element.load_stiffness is not None for one in kept)
+
     def holding_loads(self, shapes):
         """Forces on all n coordinates that hold motions against loads, see `Layout.holding_loads`, shape (n, m + i).
 
         Of m shapes, (n, m), then of lengths that i winches reel in.
         """
         elements, winches = [cable.element for cable in self._parts_of_system.kept], len(self.winches)
+        if not self.loads_turn:
+            return np.zeros((len(shapes), shapes.shape[1] + winches))
         reeled = self.winched_ends.movements.reshape(len(elements), 6, winches)
         return self.layout.holding_loads(elements, self.load_stiffness_of_bodies, shapes, reeled)
 

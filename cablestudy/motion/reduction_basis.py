@@ -65,6 +65,8 @@ def _turning_loads(plant, applied):
     of an RMS without them, 8 times what is stated. With them the responses at rest are those of all coordinates.
     """
     system = plant.full_system
+    if not plant.loads_turn:
+        return np.zeros((len(system), 0))
     responses = system.compliance(applied)
     forces = plant.holding_loads(responses)[:, : responses.shape[1]]
     energies = (responses * applied).sum(axis=0)

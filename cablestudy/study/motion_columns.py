@@ -12,7 +12,6 @@ from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError
 from cablestudy.motion import peaks
 from cablestudy.motion.tolerances import MOTION
 from cablestudy.study.column import DIAMETER, MM, STRONG, UM, Column, first_without_value, scaled
-from cablestudy.study.statics import tensions_by_end_2
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.tolerances import SYSTEM
 from cablestudy.wind.peak import peak_factor
@@ -127,11 +126,8 @@ def _tensions_at_peak(case):
 
 def _tensions_and_slopes(case):
     """Tensions as in `_tensions_at_peak`, and sizes of their changes per displacement of the gondola along x. [N/m]"""
-    if case.exact_statics:
-        case.results.check(case.index)
-        tensions, slopes = (of_all[case.index] for of_all in case.results.tensions_by_end_2)
-    else:
-        tensions, slopes = tensions_by_end_2(case.form, case.results.end_stiffness_of_x[case.index])
+    results, index = case.statics_of_model
+    tensions, slopes = (of_all[index] for of_all in results.tensions_by_end_2)
     return tensions.ravel(), slopes.ravel()
 
 

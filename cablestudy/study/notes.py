@@ -334,12 +334,16 @@ def statics_error(case):
     The largest one of mean tension, largest tension, and sag; a sag below a thousandth of the chord counts relative to
     that.
     """
-    statics, closed, index = case.statics, case.results.statics, case.index
-    mean, largest, sag = (float(values[index]) for values in (closed.mean_tension, closed.max_tension, closed.sag))
+    numbers = []
+    for results, row in (case.by_elements, (case.results, case.index)):
+        statics = results.statics
+        numbers.append([float(of_all[row]) for of_all in (statics.mean_tension, statics.max_tension, statics.sag)])
+    (mean, largest, sag), (closed_mean, closed_largest, closed_sag) = numbers
+    least_sag = STUDY.flat_cable * float(case.results.span.chord[case.index])
     errors = [
-        abs(float(statics.sag) - sag) / max(abs(sag), STUDY.flat_cable * float(case.results.span.chord[index])),
-        relative(float(statics.mean_tension), mean),
-        relative(float(statics.max_tension), largest),
+        abs(sag - closed_sag) / max(abs(closed_sag), least_sag),
+        relative(mean, closed_mean),
+        relative(largest, closed_largest),
     ]
     return max(error for error in errors if not np.isnan(error))  # a slack part without weight has no sag
 

@@ -55,7 +55,7 @@ class ClosedStatics:
         """Newton steps to the equilibrium, shape (...)."""
         return self._catenary.record.steps
 
-    @property
+    @cached_property
     def sag(self):
         """Vertical distance from chord to cable at mid-span, shape (...). [m]"""
         return self._catenary.sag
@@ -85,7 +85,7 @@ class ElementStatics:
         self.stretched_length = span.unstretched_length * (1 + self.mean_tension / span.axial_stiffness)
         self.iterations = record.steps
 
-    @property
+    @cached_property
     def sag(self):
         """Vertical distance from chord to cable at mid-span, shape (...). [m]"""
         return sag_and_swing(self._state, midspan(self._state, self._middle))[0]

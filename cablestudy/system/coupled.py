@@ -43,7 +43,8 @@ class Layout:
         """`Layout` of one case of many, or of some."""
         taken = Layout(self.equilibrium.take(index))
         body_matrices = tuple(matrix[index] for matrix in self.body_matrices)
-        taken.__dict__.update(_all_connections=self._all_connections[index], body_matrices=body_matrices)
+        arrays = {name: getattr(self, name)[index] for name in ("_all_connections", "mass", "moment_stiffness")}
+        taken.__dict__.update(arrays, body_matrices=body_matrices)
         return taken
 
     @property

@@ -15,7 +15,7 @@ from cablestudy.study.column import DISCRETE, SYSTEM, number_of, shapeless_error
 from cablestudy.study.compared_case import ComparedCase
 from cablestudy.study.motion_columns import DAMPING_RATIO
 from cablestudy.study.one_cable.asked_modes import AskedModes, found_frequencies
-from cablestudy.study.one_cable.models import model_of, numbers_of
+from cablestudy.study.one_cable.models import ElementResults, model_of, numbers_of
 from cablestudy.study.one_cable.results import Results
 from cablestudy.study.refinement import reference_scene
 from cablestudy.study.scene_values import SceneValues
@@ -279,6 +279,20 @@ class CableCase(ComparedCase):
         elements, row = self.model
         return elements.record.of(row)
 
+    @cached_property
+    def by_elements(self):
+        """Statics of the elements, perhaps with those of other cases: `ElementResults`, and the row of this case."""
+        elements, row = self.model
+        return ElementResults(self.results, np.array([self.index]), elements.take(np.array([row]))), 0
+
+    @property
+    def statics_of_model(self):
+        """Statics in closed form, or of stated elements: `Results` of many cases, and the row of this one; raises."""
+        if not self.exact_statics:
+            return self.by_elements
+        self.results.check(self.index)
+        return self.results, self.index
+
     def _dynamics(self, planes):
         """`Dynamics` of the elements in some planes, whose modes are computed with those of other cases."""
         elements, row = self.model
@@ -320,13 +334,8 @@ class CableCase(ComparedCase):
         moved : int, optional
             Axis of the displacement, by default the same.
         """
-        if self.exact_statics:
-            self.results.check(self.index)
-            return float(self.results.end_stiffness_along(axis, moved)[self.index])
-        x, y, z = self.span.frame[:, axis]  # the axis in the chord frame, whose z is across the cable's plane
-        oblique = moved is not None or (z and (x or y))
-        dynamics = self.dynamics if oblique else self.out_of_plane if z else self.in_plane
-        return float(self.span.stiffness_along(dynamics.end_stiffness, axis, moved))
+        results, index = self.statics_of_model
+        return float(results.end_stiffness_along(axis, moved)[index])
 
     @computed_together
     def frequencies_asked_for(cases):

@@ -155,7 +155,7 @@ def numbers_of(model):
 
 
 def give_elements(cases, groups):
-    """Set the models of cases to the elements that were solved for their statics, where their motion needs no others.
+    """Give cases the elements that were solved for their statics, also as models where their motion needs no others.
 
     Parameters
     ----------
@@ -166,12 +166,13 @@ def give_elements(cases, groups):
     """
     for numbers, elements in groups:
         batch = elements.models
-        if len(numbers) > 1 and 3 * (batch.state.mesh.nodes - 2) > CABLE.cheap_freedoms:
-            continue
+        others_needed = len(numbers) > 1 and 3 * (batch.state.mesh.nodes - 2) > CABLE.cheap_freedoms
         for index, number in enumerate(numbers.tolist()):
             case = cases.get(number)
-            if case is not None and not case.point_masses:
-                case.model = batch, index
+            if case is not None:
+                case.by_elements = elements, index
+                if not (others_needed or case.point_masses):
+                    case.model = batch, index
 
 
 def solve_models(cases):
@@ -247,7 +248,7 @@ class ElementResults(Results):
 
     def __init__(self, closed, indices, models):
         super().__init__(closed.values.take(indices))
-        self.models, self.failures = models, {}
+        self.models, self.failures, self._closed = models, {}, (closed, indices)
         arrays = (array[indices] for array in (closed.reference_length, *closed.pushed))
         self.loaded = LoadedCables(models.span, closed.drag.take(indices), *arrays, {})
         self.catenary = closed.catenary.take(indices)
@@ -272,6 +273,12 @@ class ElementResults(Results):
             planes = (IN_PLANE,) if in_plane else PLANAR if planar else (SPATIAL,)
             self._along[key] = self.span.stiffness_along(self.models.dynamics(planes).end_stiffness, *key)
         return self._along[key]
+
+    @property
+    def end_stiffness_of_x(self):
+        """Numbers of the closed form, see `Results`: those across the cable need no motion across it then. [N/m]"""
+        closed, indices = self._closed
+        return closed.end_stiffness_of_x[indices]
 
     @property
     def end_stiffness_chord(self):
