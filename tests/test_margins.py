@@ -242,6 +242,15 @@ def test_of_equal_peaks_the_lowest_is_named(raised):
     assert found.sensitivity_peak == pytest.approx(((x**2 + x) / (x**2 - x + 1)) ** 0.5, rel=2e-8)
 
 
+@pytest.mark.parametrize("ratio", [1e-2, 1e-6])
+def test_poles_that_nearly_coincide_have_the_frequencies_of_one(ratio):
+    """Twelve within a hundredth of their width have seven: the pole, and three on each side. Two that are apart, 14."""
+    others, pole = np.array([-1e-3 + 1e-2j, -1e3 + 1e4j]), 1j - ratio
+    together = pole + ratio * 5e-3 * np.exp(1j * np.arange(12))
+    counts = [len(frequencies(np.append(others, near))) for near in ([], pole, together, [pole, pole + 1j * ratio])]
+    assert np.diff(counts).tolist() == [7, 0, 7]
+
+
 def test_a_delay_turns_a_leading_eigenvalue_all_the_way_to_minus_one():
     """L = s^2/2/(s^2 + s/10 + 1) has the size 1 where 3 x^2/4 - 1.99 x + 1 = 0, x = w^2.
 

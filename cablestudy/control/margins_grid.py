@@ -34,7 +34,23 @@ def frequencies(poles, notches=(), law=INTEGRATOR):
     delay_steps = np.zeros(0)
     if law.delay:
         delay_steps = CONTROL.delay_turn / law.delay * np.arange(1, law.reach * law.delay / CONTROL.delay_turn)
-    return distinct(np.concatenate([decades, delay_steps[delay_steps < high], near_poles(poles)]))
+    return distinct(np.concatenate([decades, delay_steps[delay_steps < high], near_poles(_apart(poles))]))
+
+
+def _apart(poles):
+    """One of those poles each that nearly coincide, as with equal cables: the same frequencies show all of them.
+
+    They have about the same damping ratio, and sizes that differ by less than a small share of their half-widths.
+    """
+    size, share = np.abs(poles), CONTROL.poles_together
+    ratio = np.round(np.log(_half_width(poles) / size) / share)  # its logarithm, in steps of that share
+    place = np.round(np.log(size) / (share * np.exp(share * ratio)))
+    return poles[np.unique(place + 1j * ratio, return_index=True)[1]]
+
+
+def _half_width(poles):
+    """Half of the width of the resonance of each pole, at least what is as good as nothing. [rad/s]"""
+    return np.maximum(np.abs(poles.real), CONTROL.infinite_at_pole * np.abs(poles))
 
 
 def distinct(omega):
@@ -46,8 +62,7 @@ def distinct(omega):
 def near_poles(poles):
     """Frequencies at the sizes of some poles, and on both sides at multiples of their half-widths. [rad/s]"""
     size = np.abs(poles)
-    half_width = np.maximum(np.abs(poles.real), CONTROL.infinite_at_pole * size)
-    step = half_width[:, None] * np.concatenate([-ASIDE, ASIDE])
+    step = _half_width(poles)[:, None] * np.concatenate([-ASIDE, ASIDE])
     both_sides = (size[:, None] + step)[np.abs(step) < CONTROL.broad_pole * size[:, None]]
     return np.concatenate([both_sides, size[np.abs(poles.real) > CONTROL.infinite_at_pole * size]])
 

@@ -94,6 +94,8 @@ class ControlTolerances:
     same_frequency: float = 1e-13  # relative distance of frequencies that are one
     # largest distance from a pole, relative to its frequency: beyond it the decades are as close
     broad_pole: float = 0.12
+    # distance of poles over their half-widths, and ratio of these, up to which one of them stands for all
+    poles_together: float = 0.1
     infinite_at_pole: float = 1e-9  # damping ratio below which the loop gain at the pole itself is as good as infinite
     delay_turn: float = 0.1  # of a delay from one frequency to the next [rad]
     frequencies_at_once: int = 250  # of one call
