@@ -45,20 +45,20 @@ def eigen_by_solvents(stiffness, damping):
     root = np.sqrt(half**2 - np.diagonal(stiffness, axis1=1, axis2=2) + 0j)
     uncoupled = np.stack([root - half, -root - half])
     uncoupled = np.take_along_axis(uncoupled, np.argsort(-uncoupled.imag, axis=0), axis=0)  # upper half plane, lower
-    is_real, poles, shapes = not np.iscomplexobj(stiffness), [], []
+    (rows, m), is_real = half.shape, not np.iscomplexobj(stiffness)
+    poles, shapes = np.full((rows, 2, m), np.nan + 0j), np.full((rows, m, 2, m), np.nan + 0j)
     found = (uncoupled[0].imag > 0).all(axis=-1) | (not is_real)
-    for own, other in (uncoupled, uncoupled[::-1])[: 1 if is_real else 2]:
-        solvent = _solvents(stiffness, damping, own, other)
-        inverse_of_half = inverse(solvent)  # not finite where no solvent was found, or a pole is zero
-        found &= np.isfinite(inverse_of_half).all(axis=(-2, -1))
-        inverse_of_half[~found] = 0.0
-        inverse_poles, of_half = np.linalg.eig(inverse_of_half)
-        poles.append(1 / inverse_poles)
-        shapes.append(of_half)
+    for side in (0,) if is_real else (0, 1):
+        tried = np.flatnonzero(found)
+        own, other = uncoupled[side, tried], uncoupled[1 - side, tried]
+        inverse_of_half = inverse(_solvents(stiffness[tried], damping[tried], own, other))
+        # not finite where no solvent was found, or a pole is zero
+        found[tried] = finite = np.isfinite(inverse_of_half).all(axis=(-2, -1))
+        inverse_poles, shapes[found, :, side] = np.linalg.eig(inverse_of_half[finite])
+        poles[found, side] = 1 / inverse_poles
     if is_real:
-        poles.append(poles[0].conj())
-        shapes.append(shapes[0].conj())
-    return np.concatenate(poles, axis=-1), np.concatenate(shapes, axis=-1), found
+        poles[found, 1], shapes[found, :, 1] = poles[found, 0].conj(), shapes[found, :, 0].conj()
+    return poles.reshape(rows, 2 * m), shapes.reshape(rows, m, 2 * m), found
 
 
 def _solvents(stiffness, damping, own, other):
