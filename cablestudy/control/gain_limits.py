@@ -8,7 +8,7 @@ alone, with all modes that L has.
 """
 
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cache, cached_property
 from operator import attrgetter
 
 import numpy as np
@@ -416,6 +416,7 @@ def limits_near(loop_gain, similar):
     """
     omega = similar.omega
 
+    @cache  # several searches begin with the same step
     def needed_gains(omega):
         return -1 / eigenvalues(loop_gain(np.array([1j * omega])))[0]
 

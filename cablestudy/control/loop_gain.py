@@ -141,8 +141,8 @@ class LoopGain:
 
     @property
     def by_equations(self):
-        """Copy that solves the equations of the cables' modes at few frequencies, in place of sums over their poles."""
-        return replace(self, near=None)
+        """Itself, or a copy, that solves equations of cables at few frequencies, without sums over their poles."""
+        return self if self.near is None and "_divided" not in self.__dict__ else replace(self, near=None)
 
     def find_pole_sums(self):
         """Find the sums over poles of the cables' stiffness, which few frequencies alone would not pay for."""

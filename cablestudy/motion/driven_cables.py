@@ -179,7 +179,8 @@ class DrivenCables:
         """A `Limit` located without poles in windows, which are less accurate; itself where there are none."""
         if self.ill_conditioned or not self.loop_gain.windowed or limit.undamped or limit.factor > self.gain:
             return limit
-        return limit_near(self.loop_gain.by_equations, limit) or limit
+        by_equations = self.loop_gain.by_equations
+        return limit if by_equations is self.loop_gain else limit_near(by_equations, limit) or limit
 
     def resolving_waves_at(self, omega):
         """`DrivenCables` that resolve waves across the cables beyond a frequency [rad/s], as far as they can be.

@@ -439,7 +439,11 @@ def _reciprocal(values):
 
 def _polynomial(matrices, x):
     """Sum of matrices of shape (..., r, c) times powers of x, shape (..., m), from the zeroth on: (..., m, r, c)."""
-    value, x = matrices[-1], x[..., None, None]
-    for matrix in matrices[-2::-1]:
-        value = value * x + matrix
+    x = x[..., None, None]
+    first, *between, highest = matrices
+    value = highest * x
+    for matrix in reversed(between):  # in place: these may be large
+        value += matrix
+        value *= x
+    value += first
     return value
