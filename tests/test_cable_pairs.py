@@ -9,7 +9,7 @@ from references.panels import panels
 
 from cablestudy.cable.element import basis
 from cablestudy.wind.cable_pairs import (
-    Arc,
+    Arcs,
     coherence_of_cables,
     coherence_of_chords,
     coherence_with_points,
@@ -92,7 +92,7 @@ def test_two_cables_that_come_close(name):
     other, about = PAIRS[name]
     expected = by_panels(LEVEL, other, about)
     for pair in ((LEVEL, other), (other, LEVEL)):
-        found = by_means(coherence_of_cables(KAPPA, *([Arc(nodes)] for nodes in pair)))
+        found = by_means(coherence_of_cables(KAPPA, *(Arcs(nodes[None]) for nodes in pair)))
         found = found if pair[0] is LEVEL else np.swapaxes(found, 1, 2)
         assert (np.abs(found - expected) <= ALLOWED).all()
 
@@ -100,7 +100,7 @@ def test_two_cables_that_come_close(name):
 def test_two_sagging_cables_beside_each_other():
     """Two parabolas of equal sag, at a distance of a hundredth of their span."""
     first, second = (LEVEL + np.outer([0, 1, 0], SAG) + [0, y, 0] for y in (0, 0.01))
-    found = by_means(coherence_of_cables(KAPPA, [Arc(first)], [Arc(second)]))
+    found = by_means(coherence_of_cables(KAPPA, Arcs(first[None]), Arcs(second[None])))
     assert (np.abs(found - by_panels(first, second, 0.0)) <= ALLOWED).all()
 
 
@@ -113,15 +113,15 @@ def test_places_of_one_cable_by_their_distance():
     along = -(slope * np.hypot(1, slope) + np.arcsinh(slope)) / (64 * SAG[2])
     distance, of_arc = np.linalg.norm(on(sag, x)[:, None] - on(sag, x), axis=-1), np.abs(along[:, None] - along)
     assert np.abs(of_arc[0, -1] / distance[0, -1] - 1) > 0.05
-    whole = Arc(on(sag, basis(12).nodes))
-    halves = [Arc(on(sag, (half + basis(12).nodes) / 2)) for half in (0, 1)]
+    whole = Arcs(on(sag, basis(12).nodes)[None])
+    halves = Arcs(np.array([on(sag, (half + basis(12).nodes) / 2) for half in (0, 1)]))
     points, of_points = load_points(12)
     of_whole = of_points[:, None] * loads(points)
     of_halves = np.concatenate([of_points[:, None] / 2 * loads((half + points) / 2) for half in (0, 1)])
     for kappa, own in zip(KAPPA, OWN, strict=True):
         change = np.exp(-kappa * distance) - np.exp(-kappa * of_arc)
         expected = (weights[:, None] * loads(x)).T @ change @ (weights[:, None] * loads(x))
-        for arcs, work in (([whole], of_whole), (halves, of_halves)):
+        for arcs, work in ((whole, of_whole), (halves, of_halves)):
             found = work.T @ coherence_of_chords(np.array([kappa]), arcs)[0] @ work
             assert np.abs(found - expected).max() <= (2e-6 if kappa < 50 else 1e-5) * own, kappa
 
@@ -129,7 +129,7 @@ def test_places_of_one_cable_by_their_distance():
 def test_points_near_a_cable():
     """Beside it, in line with it, and far away."""
     places = np.array([[0.3, 1e-3, 0], [-2e-3, 0, 0], [1.01, 0.02, 0], [0.5, 3.0, 1.0]])
-    found = coherence_with_points(KAPPA, places, [Arc(LEVEL)])
+    found = coherence_with_points(KAPPA, places, Arcs(LEVEL[None]))
     points, weights = load_points(2)
     found = found @ (weights[:, None] * loads(points))
     for place, of_place in zip(places, np.moveaxis(found, 1, 0), strict=True):
@@ -142,9 +142,9 @@ def test_points_near_a_cable():
 def test_two_cables_of_several_elements():
     """Which meet at one of their ends: as two cables of one element each."""
     other = turned(0.1)
-    pieces = [[Arc(straight(*ends)) for ends in pairwise(nodes)] for nodes in (LEVEL, other)]
+    pieces = [Arcs(np.array([straight(*ends) for ends in pairwise(nodes)])) for nodes in (LEVEL, other)]
     coherence = coherence_of_cables(KAPPA, *pieces)
     points, weights = load_points(2)
     work = np.concatenate([weights[:, None] / 2 * loads((points + half) / 2) for half in (0, 1)])
-    expected = by_means(coherence_of_cables(KAPPA, [Arc(LEVEL)], [Arc(other)]))
+    expected = by_means(coherence_of_cables(KAPPA, Arcs(LEVEL[None]), Arcs(other[None])))
     assert work.T @ coherence @ work == pytest.approx(expected, abs=1e-6)

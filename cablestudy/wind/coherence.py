@@ -55,6 +55,12 @@ class Coherence:
         return bool(self.kappa(np.ones(1))[0] == self.least_kappa)
 
 
+def decayed(decay):
+    """exp(-decay), of which no more than `WIND.largest_decay` counts."""
+    exponent = np.minimum(decay, WIND.largest_decay)
+    return np.exp(np.negative(exponent, out=exponent), out=exponent)  # in place: of large arrays twice as fast
+
+
 def davenport(wind):
     """`Coherence` exp(-C f r/U) of the turbulence on a suspension; `wind` has speed [m/s] and coherence_decay C."""
     return Coherence(lambda frequency: wind.coherence_decay * frequency / wind.speed, *WIND.coarse_coherence)

@@ -9,14 +9,16 @@ for some kappa and interpolated between them. A `Coherence` states kappa as a fu
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import groupby
 from math import ceil
+from operator import attrgetter
 
 import numpy as np
 
 from cablestudy.cable.vectors import size
 from cablestudy.statics.rigid import cross_matrix
-from cablestudy.wind.cable_pairs import coherence_of_cables, coherence_of_chords, coherence_with_points
-from cablestudy.wind.coherence import Coherence
+from cablestudy.wind.cable_pairs import Arcs, coherence_of_cables, coherence_of_chords, coherence_with_points
+from cablestudy.wind.coherence import Coherence, decayed
 from cablestudy.wind.mean import body_forces
 from cablestudy.wind.spectrum import admittance, speed_spectrum
 from cablestudy.wind.tolerances import WIND
@@ -129,11 +131,15 @@ class Gusts:
         if table_kappa is None:
             return (np.ones((1, len(kappa))),) * 2
         linear, highest, kappa = WIND.linear_covariance / self._extent, table_kappa[-1], kappa[:, None]
-        splines = CardinalSplines(np.log(table_kappa + linear), WIND.coherence_degree)
-        for_bodies = splines(np.log(np.minimum(kappa, highest) + linear)[:, 0])
+        for_bodies = self._splines(np.log(np.minimum(kappa, highest) + linear)[:, 0])
         # covariances with cables fall with 1/kappa at last, and those of speeds at bodies remain as they are
         falling = np.minimum(highest / np.maximum(kappa, highest), 1.0)
         return (falling * for_bodies).T, for_bodies.T
+
+    @cached_property
+    def _splines(self):
+        """`CardinalSplines` over log(kappa + const) between the values of `_table_kappa`."""
+        return CardinalSplines(np.log(self._table_kappa + WIND.linear_covariance / self._extent), WIND.coherence_degree)
 
     @cached_property
     def _extent(self):
@@ -207,7 +213,7 @@ class Gusts:
 
         Yields
         ------
-        places : list of Arc, or ndarray, shape (q, 3)
+        places : Arcs, or ndarray, shape (q, 3)
             Elements of the cable, which have q functions in all; or places of the bodies. [m]
         work : ndarray, shape (q, t, k)
             Work on each coordinate by a speed along each of the t components of the turbulence with an RMS above 0. The
@@ -229,7 +235,7 @@ class Gusts:
         if len(bodies):
             speeds = np.zeros((len(bodies), len(nonzero), 3 * len(bodies)))
             speeds[bodies[:, None], np.arange(len(nonzero)), 3 * bodies[:, None] + nonzero] = rms[nonzero]
-            coherence = np.exp(-kappa[:, None, None] * size(self.places[:, None] - self.places))
+            coherence = decayed(kappa[:, None, None] * size(self.places[:, None] - self.places))
             own_covariance = _covariance(coherence, speeds, speeds)
             yield self.places, speeds, inputs[count:], own_covariance
 
@@ -242,9 +248,11 @@ def _cross_covariance(kappa, places, work, cables, other_work):
         sum over q, p and t of work[q, t, k] C[q, p] other_work[p, t, l]
 
     C is the mean coherence of functions, or places, q and p; the t components of the turbulence are uncorrelated.
-    `cables` has the elements of each of the other cables, lists of `Arc`, and p numbers their functions.
+    `cables` has the `Arcs` of each of the other cables, and p numbers their functions.
     """
-    mean = coherence_of_cables if isinstance(places, list) else coherence_with_points
+    mean = coherence_of_cables if isinstance(places, Arcs) else coherence_with_points
+    # elements of one order together
+    cables = [Arcs(np.concatenate([cable.nodes for cable in run])) for _, run in groupby(cables, attrgetter("order"))]
     covariance = np.zeros((len(kappa), work.shape[-1], other_work.shape[-1]))
     at_once = max(1, WIND.coherence_entries // (len(work) * max(len(other_work), other_work[0].size)))
     for begin in range(0, len(kappa), at_once):

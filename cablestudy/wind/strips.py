@@ -23,7 +23,7 @@ from cablestudy.cable.meshes import mesh_segments
 from cablestudy.cable.steady_drag import across
 from cablestudy.statics.suspension import outward_tangents
 from cablestudy.system.superelement import of_shapes, with_ends
-from cablestudy.wind.cable_pairs import Arc, load_points
+from cablestudy.wind.cable_pairs import Arcs, load_points
 from cablestudy.wind.coherence import gauss, rods
 from cablestudy.wind.drag import drag_matrices, turning_matrices
 from cablestudy.wind.tolerances import WIND
@@ -121,8 +121,8 @@ class Strips:
 
     @property
     def arcs(self):
-        """Elements of each cable for covariances with other cables, list of lists of `Arc`."""
-        return [[Arc(nodes) for nodes in places[self.mesh.element_nodes]] for places in self.places]
+        """Elements of each cable for covariances with other cables, list of `Arcs`."""
+        return [Arcs(places[self.mesh.element_nodes]) for places in self.places]
 
     @property
     def point_forces(self):

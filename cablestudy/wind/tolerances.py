@@ -17,6 +17,9 @@ class WindTolerances:
     fine_coherence: tuple = (24, 8, 3e-8)  # and those of a finer one
     coherence_degree: int = 7  # of the splines between them
     least_length_ratio: float = 1e-200  # cable's length over coherence length, whose square must not be zero
+    # exponent of the decay of a coherence up to which it counts: less than 1e-217 makes products of denormal numbers,
+    # which take a processor a hundred times as long
+    largest_decay: float = 500.0
     load_points: int = 4  # Gauss points of the loads on an element beyond its order
     # distance of two elements over the mean one of these points, below which their coherence is integrated
     close_cables: float = 3.0
