@@ -115,6 +115,11 @@ class Airflow:
         """True if the air damps motions of cables."""
         return self.damps and self.on_cables
 
+    @property
+    def turns_with_cables(self):
+        """True if mean drag on cables changes with their motions, see `stiffness_of_cables`."""
+        return self.damps and self.mean_drag is not None and bool(self.mean_drag.cables.any())
+
     def damping_of_cables(self, models, kept, equilibrium):
         """Yield index and aerodynamic damping of each of the cables of some `Models` that the air damps.
 
@@ -126,7 +131,7 @@ class Airflow:
 
     def stiffness_of_cables(self, models, kept, equilibrium):
         """Yield index and load stiffness of each of the cables whose mean drag turns; see `damping_of_cables`."""
-        for group in strips(models, kept, equilibrium, self.mean_drag) if self.damps and self.mean_drag else []:
+        for group in strips(models, kept, equilibrium, self.mean_drag) if self.turns_with_cables else []:
             for cable, stiffness in zip(group.cables.tolist(), group.stiffness, strict=True):
                 if models.meshes[cable] is not None:  # no wind acts at rest on cables without mass
                     yield cable, stiffness

@@ -59,12 +59,12 @@ def _solved_together(tried):
 
     Rows of a group belong to one `Trial`, which holds the undamped modes of several suspensions, by whose numbers they
     are sorted. They also agree in the laws of damping of their cables, in whether their models have all modes of the
-    cables, and in whether the air damps cables. Rows with the same suspension of a trial, such as load cases in equal
-    equilibrium, are in different groups.
+    cables, and in whether the air damps cables and loads them. Rows with the same suspension of a trial, such as load
+    cases in equal equilibrium, are in different groups.
     """
     groups, uses = {}, Counter()
     for row, mode, airflow in tried:
-        model, cables_in_air = mode.damped[0].model, airflow is not None and airflow.damps_cables
+        model, cables_in_air = mode.damped[0].model, airflow and (airflow.damps_cables, airflow.turns_with_cables)
         use = id(model.trial), model.row
         key = id(model.trial), uses[use], model.complete, model.laws, cables_in_air
         uses[use] += 1
@@ -215,7 +215,7 @@ class _PoleSearch:
         if models not in self._condensed:
             condensed, count, damping, stiffness = models.condensed(self._cables), self._cable_count, {}, {}
             for row, airflow in enumerate(self._airflows):
-                if airflow is not None and airflow.damps_cables:
+                if airflow is not None and (airflow.damps_cables or airflow.turns_with_cables):
                     cables, modes = slice(count * row, count * (row + 1)), self._modes[row]
                     about = models.take(self._cables[cables], modes.models.cables), None, modes.layout.equilibrium
                     damping |= {count * row + cable: matrix for cable, matrix in airflow.damping_of_cables(*about)}
