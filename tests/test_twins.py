@@ -52,6 +52,7 @@ HANGING = campaign(  # of any form
     (0, 1, 3, 4, 8, 9, 11, 14, 16, 18, 20, 25, 27, 30, 32, 36, 40, 44, 47, 50, 53, 58, 62, 65),
     (3, 11, 14, 18, 20, 27, 32, 53, 58),
 )
+STORMS = campaign((1, 2, 3, 13, 14, 20, 26, 27, 28, 32), (2, 14))
 
 
 @cache
@@ -95,6 +96,17 @@ def is_first_of_its_file(name):
     return ", row " not in name or name.endswith(", row 1")
 
 
+def stormy(seeds):
+    """Random scenes in a storm, whose cables have five elements."""
+    storm = {"cases": {"storm": {"wind": {"speed": 30.0, "direction": 1.9}}}, "case": "storm"}
+    found = {f"random {seed} in a storm": drawn()[f"random {seed}"] | storm for seed in seeds}
+    model = {"elements": 5, "order": 4}
+    return {
+        name: scene | {"model": model, "wind": scene["wind"] | {"aerodynamic_damping": True}}
+        for name, scene in found.items()
+    }
+
+
 def weightless(name, **model):
     """A scene of a file without gravity and with other elements: where its winch reels in is along x."""
     return {**from_files()[name], "gravity": 0.0, "model": model}
@@ -125,6 +137,7 @@ PARTS = {  # what is compared, and of which scenes
         {f"random {seed}": drawn()[f"random {seed}"] for seed in HANGING},
         by_name=[f"random {seed}" for seed in HANGING[: campaign(10, 4)]],
     ),
+    "wind on the cable in a storm": lambda: compare_cable_wind(stormy(STORMS[:1])),
     "wind on the cable": lambda: compare_cable_wind(every(drawn(), 25, few_elements)),
     "wind on a bare cable": lambda: compare_cable_wind(
         {name: without(scene, "gondola") for name, scene in every(drawn(), 25, few_elements).items()}

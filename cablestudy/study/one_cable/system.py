@@ -156,11 +156,19 @@ def in_cable_wind_of(case, make_analysis=DynamicAnalysis):
     NoSolutionError, ConvergenceError
         There is no equilibrium.
     """
-    directions = {"across": case.span.frame[2], "along": case.span.horizontal}
-    analyses = [analysis_in_wind(case, direction, name, make_analysis) for name, direction in directions.items()]
+    directions = _level_directions(case.span).items()
+    analyses = [analysis_in_wind(case, direction, name, make_analysis) for name, direction in directions]
     if case.scene.gondola is None:
         return InCableWind([analysis.with_midspans for analysis in analyses], MIDSPAN)
     return InCableWind(analyses, [GONDOLA_X])
+
+
+def _level_directions(span):
+    """Horizontal unit vectors across the vertical plane of the chord of a cable and along it: dict. [-]"""
+    run = np.array([*span.frame[0, :2], 0.0])
+    size = np.hypot(*run[:2])
+    along = run / size if size > STUDY.rounding else np.array([1.0, 0.0, 0.0])
+    return {"across": np.array([-along[1], along[0], 0.0]), "along": along}
 
 
 def analysis_in_wind(case, direction, name, make_analysis=DynamicAnalysis):
