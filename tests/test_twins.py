@@ -137,6 +137,9 @@ PARTS = {  # what is compared, and of which scenes
         {f"random {seed}": drawn()[f"random {seed}"] for seed in HANGING},
         by_name=[f"random {seed}" for seed in HANGING[: campaign(10, 4)]],
     ),
+    # the drag of the steady wind turns with what moves
+    "gondola in a storm": lambda: compare_gondola(stormy(STORMS)),
+    "loop and wind in a storm": lambda: compare_loop(stormy(STORMS)),
     "wind on the cable in a storm": lambda: compare_cable_wind(stormy(STORMS[:1])),
     "wind on the cable": lambda: compare_cable_wind(every(drawn(), 25, few_elements)),
     "wind on a bare cable": lambda: compare_cable_wind(

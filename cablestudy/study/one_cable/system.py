@@ -52,6 +52,8 @@ class CableAirflow(Airflow):
     scene : SuspensionScene
     drag : Drag
         Drag by which the air damps the motion: of the gondola along x, or of the bare cable.
+    mean_drag : Drag or None
+        Of the steady wind of the load case.
     wind : Wind
         Wind of the scene of one cable.
     on_cable : Drag
@@ -62,8 +64,8 @@ class CableAirflow(Airflow):
 
     on_cables = True
 
-    def __init__(self, scene, drag, wind, on_cable, direction_name):
-        super().__init__(scene, drag)
+    def __init__(self, scene, drag, mean_drag, wind, on_cable, direction_name):
+        super().__init__(scene, drag, mean_drag)
         self._wind, self._on_cable, self.direction_name = wind, on_cable, direction_name
 
     def gusts(self, modes, layout, shapes):
@@ -134,7 +136,7 @@ def analysis_of(case, damping=0.0, make_analysis=DynamicAnalysis):
         There is no equilibrium.
     """
     scene = as_suspension(case.scene, damping)
-    airflow = scene.wind and Airflow(scene, _on_bodies(scene))
+    airflow = scene.wind and Airflow(scene, _on_bodies(scene), _of_steady_wind(case, scene))
     return _in_airflow(case, scene, airflow, case.linear_models.setdefault(damping, {}), make_analysis)
 
 
@@ -189,7 +191,8 @@ def analysis_in_wind(case, direction, name, make_analysis=DynamicAnalysis):
     scene = as_suspension(case.scene, 0.0 if bare else case.cable_air_damping)
     on_gondola, drag_width = _on_bodies(scene), np.array([wind.cable_drag_coefficient * case.scene.wind_diameter])
     on_cable = replace(on_gondola, velocity=wind.speed * direction, cables=drag_width, bodies=0 * on_gondola.bodies)
-    airflow = CableAirflow(scene, on_cable if bare else on_gondola, wind, on_cable, name)
+    drags = on_cable if bare else on_gondola, _of_steady_wind(case, scene)
+    airflow = CableAirflow(scene, *drags, wind, on_cable, name)
     damping = name if bare else case.cable_air_damping  # winds that damp alike share linear models
     return _in_airflow(case, scene, airflow, case.linear_models.setdefault(damping, {}), make_analysis)
 
@@ -215,6 +218,18 @@ def analyses_of_winds(case, on, open_loop=False):
 def _on_bodies(scene):
     """`Drag` of the gondola along x; without a gondola one without bodies."""
     return drag_of([scene], tuple(scene.bodies), (CABLE,)).take(0)
+
+
+def _of_steady_wind(case, scene):
+    """`Drag` of the steady wind of a load case on cable and gondola, with a profile of shape (1,); None without."""
+    steady = case.scene.load_case.wind
+    if steady is None:
+        return None
+    drag = case.results.drag.take([case.index])
+    velocity = np.sqrt(steady.dynamic_pressure) * drag.direction[0]  # where the density is 2 kg/m^3
+    width = drag.normal_drag / max(steady.dynamic_pressure, STUDY.tiny)
+    of_steady_wind = {"velocity": velocity, "density": np.array(2.0), "cables": width, "profile": drag.profile}
+    return replace(_on_bodies(scene), **of_steady_wind)
 
 
 def _in_airflow(case, scene, airflow, plants_and_loops, make_analysis):
