@@ -5,6 +5,8 @@ stretch and height (`references.cable_in_wind`), and looks for the pose of the b
 in balance. Only where this search begins is the program's.
 """
 
+from copy import deepcopy
+
 import numpy as np
 import pytest
 from campaign import campaign
@@ -255,6 +257,21 @@ def test_mean_displacements_of_light_bodies_on_slack_cables_are_within_their_sta
     moved = [expected[f"box.{axis}"] for axis in "xyz"] - before.position[0]
     assert (np.abs(found - moved) <= error * np.abs(found) + 1e-7).all()
     assert (error * np.abs(found) < 1e-5 * np.abs(found).max()).all()
+
+
+def test_cables_that_begin_at_the_body_have_the_numbers_of_those_that_end_there():
+    """Where the wind grows with the height: it meets them where they hang."""
+    data = scene_data(0, storm=True) | {"model": {"elements": 4, "order": 4}}
+    data["cases"]["day"]["wind"] |= {"at": 10.0, "exponent": 0.3, "speed": 20.0}
+    other = deepcopy(data)
+    for cable in other["cables"].values():
+        cable["from"], cable["to"] = cable["to"], cable["from"]
+    for load in (*other["cables"]["c1"]["loads"], *other["cases"]["day"]["loads"]["c2"]):
+        load["fraction"] = 1 - load["fraction"]
+    names = "frequency_1", "frequency_2", "c1.deflection", "c1.linear_deflection"
+    one, two = (solve(text, *names).values for text in (data, other))
+    for name in names:
+        assert one[name] == pytest.approx(two[name], rel=1e-8), name
 
 
 @pytest.mark.parametrize("seed", campaign(range(14), [3, 4, 7]))

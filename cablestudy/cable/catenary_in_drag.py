@@ -248,7 +248,7 @@ class CatenaryInDrag(SegmentedCable):
     def _mean_change(self, of):
         """Mean over the unstretched length of what the actual drag changes of a function of the tension vector."""
         actual, uniform = (of(vectors) for vectors in self._tensions)
-        return ((actual - uniform) * self.pieces.weights[..., 0]).sum(axis=-1)
+        return ((actual - uniform) * self.pieces.weights).sum(axis=-1)
 
     @cached_property
     def mean_tension(self):
@@ -282,7 +282,7 @@ class CatenaryInDrag(SegmentedCable):
     @cached_property
     def end_stiffness(self):
         """Static stiffness of end 2, end 1 fixed, the drag a dead load, chord frame, shape (..., 3, 3). [N/m]"""
-        weights = self.pieces.weights[..., 0]
+        weights = self.pieces.weights
         actual, uniform = (turning_flexibility(np.moveaxis(vectors, -1, 0), weights) for vectors in self._tensions)
         length, entries = self.span.unstretched_length, zip(self.catenary.flexibility, actual, uniform, strict=True)
         changed = inverse_symmetric(tuple(entry + length * (new - old) for entry, new, old in entries))

@@ -30,7 +30,7 @@ class Pieces:
 
     width: np.ndarray  # (n, p): a share of the unstretched length; zero for loads that a cable does not have [-]
     points: np.ndarray  # (n, j): shares of the unstretched length [-]
-    weights: np.ndarray  # (n, j, 1): they add up to 1 [-]
+    weights: np.ndarray  # (n, j): they add up to 1 [-]
 
     @classmethod
     def of(cls, catenary, parts):
@@ -42,7 +42,7 @@ class Pieces:
         begins = np.repeat(edges[:, :-1], parts, axis=-1) + width * np.tile(np.arange(parts), edges.shape[1] - 1)
         points = begins[..., None] + width[..., None] * gauss_nodes()
         of_points = width[..., None] * gauss_weights()
-        return cls(width, points.reshape(len(points), -1), of_points.reshape(len(points), -1, 1))
+        return cls(width, points.reshape(len(points), -1), of_points.reshape(len(points), -1))
 
 
 @dataclass(frozen=True)
@@ -169,7 +169,7 @@ class CablesOnParts:
     def _turn(self, now, first, share):
         """`FoundDrag` after one turn from another; its rate stays that of other parts in the first turn on these."""
         slope, size, tangent = _slope(now.tension, self.compliance)
-        change, weights = slope - self.uniform_slope, self.pieces.weights[..., 0]
+        change, weights = slope - self.uniform_slope, self.pieces.weights
         step = share * (self._drag_change(size, tangent, change) - now.difference)
         turned = self.running_integral(step)
         along = sum(tangent[:, i] * turned[:, i] for i in range(3))

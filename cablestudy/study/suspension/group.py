@@ -248,14 +248,14 @@ class Group:
         if not self.in_steady_wind or self._drag_parts < STUDY.drag_parts:
             return None
         coarser = copy(self)
-        coarser.__dict__.pop("cables", None)
+        for about_more_parts in ("cables", "_drag_on_cables"):
+            coarser.__dict__.pop(about_more_parts, None)
         coarser._drag_parts, coarser._coordinates = self._drag_parts // 2, {}
         return coarser
 
     def form_of(self, span, index, cable):
         """A cable of a case by its `Span` with other loads than its own: `Catenary` or `CatenaryInDrag`."""
-        drag = self._steady_drag
-        return form_of_one(span, drag and drag.take(([index], [cable])), self._drag_parts)
+        return form_of_one(span, self.steady_drag(([index], [cable])), self._drag_parts)
 
     def least_error_by_drag(self, index, cable=None):
         """`least_errors` of a cable of a case; of other numbers the largest share that its search leaves. [-]"""
@@ -304,25 +304,18 @@ class Group:
         return self.rest.position[index] - unforced.position[index], uncertainty[:, :3]
 
     @cached_property
-    def _steady_drag(self):
-        """`drag_on_cables` of all cases; None without a steady wind."""
-        if self._loaded is None or self._loaded.drag is None:
-            return None
-        return drag_on_cables(self._loaded.drag, self.equilibrium)
-
-    def steady_drag(self, index):
-        """Drag of the steady wind on the cables of a case, as `FixedModel.drag`; None without a steady wind."""
-        return self._steady_drag and self._steady_drag.take(index)
-
-    @cached_property
-    def _mean_drag(self):
+    def _drag_on_cables(self):
         """`drag_on_cables` of all cases about `in_motion`; None where no wind acts on cables."""
         drag = self._drag_in_motion
         return drag and drag_on_cables(drag, self.in_motion)
 
     def mean_drag(self, index):
         """Drag on the cables of a case of its mean or steady wind: `SteadyDrag` of shape (c,), or None."""
-        return self._mean_drag and self._mean_drag.take(index)
+        return self._drag_on_cables and self._drag_on_cables.take(index)
+
+    def steady_drag(self, index):
+        """`mean_drag` of a case in a steady wind, in which it rests and has its modes; None without."""
+        return self.mean_drag(index) if self.in_steady_wind else None
 
     @cached_property
     def _unforced_in_steady_wind(self):
