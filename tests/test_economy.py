@@ -13,7 +13,7 @@ from solved import rows_as_alone, solve_all
 
 from cablestudy.cable import assembly, catenary, dynamics, equilibrium
 from cablestudy.cable.tolerances import CABLE
-from cablestudy.motion import body_damping, plant
+from cablestudy.motion import body_damping, in_wind
 from cablestudy.motion.dynamic_analysis import DynamicAnalysis
 from cablestudy.motion.gust_response import GustResponse
 from cablestudy.motion.tension_waves import change_by_waves
@@ -34,6 +34,8 @@ from cablestudy.study.tolerances import STUDY
 from cablestudy.sweeps.chunks import Chunk, _freeze, compute
 from cablestudy.sweeps.fingerprint import versions
 from cablestudy.sweeps.tolerances import SWEEPS
+from cablestudy.system import state_spaces
+from cablestudy.system.residues import eigen_of_rows
 from cablestudy.wind.tolerances import WindTolerances
 
 STATIC = [column for column in COLUMNS if column.needs in ("scene", "statics", "stiffness")]
@@ -77,7 +79,7 @@ def test_a_cable_that_goes_slack_is_told_without_the_errors_of_tensions(monkeypa
     wind = scene(base=CONFIGS / "suspensions" / "fast-wind.yaml")
     calls = []
     monkeypatch.setattr(
-        plant, "change_by_waves", lambda *arguments: calls.append(arguments) or change_by_waves(*arguments)
+        in_wind, "change_by_waves", lambda *arguments: calls.append(arguments) or change_by_waves(*arguments)
     )
     body, tension = (find(name) for name in ("cabin.rms", "c1.rms_tension"))
     evaluate_suspensions([wind], [body])
@@ -139,6 +141,17 @@ def test_a_sweep_over_wind_speed_solves_the_cable_once(counts):
     assert counts["_solve"] == 1  # modes of the cable
     # the closed form of all cables in one call, the elements alone and with the gondola
     assert (counts["solve"], counts["solve_many"]) == (1, 2)
+
+
+def test_winds_that_do_not_damp_share_the_loop(monkeypatch):
+    """Only their gusts differ: the poles of the loop, of the model with fewer modes too, are those of one row."""
+    sizes = []
+    monkeypatch.setattr(state_spaces, "eigen_of_rows", lambda rates: sizes.append(len(rates)) or eigen_of_rows(rates))
+    rows = rows_as_alone(
+        vary(CARLINA, "wind.speed", [3, 6, 9]), ["gondola_rms", "gondola_rms_open_loop", "gain_margin"]
+    )
+    assert len({row.values["gondola_rms"] for row in rows}) == 3
+    assert set(sizes) == {1}
 
 
 def test_a_sweep_over_the_gondola_solves_the_cable_once(counts):

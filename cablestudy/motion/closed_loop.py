@@ -9,10 +9,8 @@ from cablestudy.control.law import law_from
 from cablestudy.control.loop import Loop, unstable_pole
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.motion.controlled_body import ControlledBody
-from cablestudy.motion.left_out_modes import LeftOutModes
 from cablestudy.motion.loop_stability import LoopStability
 from cablestudy.motion.tolerances import MOTION
-from cablestudy.motion.turbulence import Turbulence
 from cablestudy.system.coupled_modes import coupled_modes
 
 
@@ -40,24 +38,9 @@ class ClosedLoop:
         return self.plant.motion
 
     @property
-    def gusts(self):
-        """`Gusts` on the coordinates."""
-        return self.plant.gusts
-
-    @property
     def outputs(self):
         """Name of each output -> its row: displacements of bodies, markers, tensions."""
         return self.plant.outputs
-
-    @cached_property
-    def turbulence(self):
-        """`Turbulence` with the loop, or with the winches at rest where there is none or its gain is zero."""
-        return Turbulence(self.plant, self.loop) if self.loop and self.loop.gain else self.plant.at_rest
-
-    @cached_property
-    def left_out_modes(self):
-        """`LeftOutModes`, whose responses all exposures and mirrors share."""
-        return LeftOutModes(self)
 
     # --------------------------------------------------------------------------------------------------- loop
 

@@ -9,6 +9,7 @@ from cablestudy.control.margins import Margins
 from cablestudy.errors import known, outcome_of, outcomes, result_of
 from cablestudy.motion.closed_loop import ClosedLoop
 from cablestudy.motion.gust_response import GustResponse, error_of_root
+from cablestudy.motion.in_wind import LoopInWind, PlantInWind
 from cablestudy.motion.loop_stability import LoopStability
 from cablestudy.motion.model_search import closed_loops_of, search_models, stable_without_loop
 from cablestudy.motion.model_sizes import ModelSizes
@@ -38,8 +39,9 @@ class DynamicAnalysis:
         Elements that the scene states; None where the scene states an accuracy.
     plants_and_loops : dict
         To be filled; cases of this equilibrium whose winds damp it alike share it. Keys begin with what they are of:
-        ("plant", ...) -> `Plant`; ("closed loop", ...) -> `ClosedLoop`; ("loops", winches) -> `Plant.loops`;
-        ("number", tables) -> number of winches and actuators, or of the control, by which other keys name them.
+        ("plant", ...) -> `Plant`; ("closed loop", ...) -> `ClosedLoop`; ("in wind", key of one of these, ...) -> it in
+        a wind; ("loops", winches) -> `Plant.loops`; ("number", tables) -> number of winches and actuators, of the
+        control, or of the wind, by which other keys name them.
     cables : Cables, optional
         Cables of this equilibrium, with damping.
     modes : dict
@@ -77,9 +79,9 @@ class DynamicAnalysis:
         return ModelSizes(*arguments, self.fewest_modes)
 
     def closed_loop_of(self, count, responses=False, computed=0):
-        """Build the `ClosedLoop` with a model of the lowest modes of the suspension, or take that of an equal case.
+        """Build the `LoopInWind` with a model of the lowest modes of the suspension, or take that of an equal case.
 
-        It may be unstable. The dict `plants_and_loops` keeps it for equal cases: plant in this wind, and loop about it.
+        It may be unstable. The dict `plants_and_loops` keeps it for equal cases: plant and loop, and both in a wind.
 
         Parameters
         ----------
@@ -96,10 +98,9 @@ class DynamicAnalysis:
         NoSolutionError, ConvergenceError
             There are no modes to the accuracy.
         """
-        scene, (winches, control), shared = self.scene, self._numbers, self.plants_and_loops
+        scene, (winches, control, wind), shared = self.scene, self._numbers, self.plants_and_loops
         computed = max(count, computed)
-        direction = self.airflow and self.airflow.direction_name
-        model = count, computed, responses, winches, self.midspans, self.points, direction
+        model = count, computed, responses, winches, self.midspans, self.points
         plant, closed_loop = ("plant", *model), ("closed loop", *model, control)
         if plant not in shared:
             modes, loops = self._modes_of(computed).first(count), shared.setdefault(("loops", winches), {})
@@ -108,14 +109,20 @@ class DynamicAnalysis:
             shared[plant] = Plant(*arguments, loops=loops, responses=responses, **others)
         if closed_loop not in shared:
             shared[closed_loop] = ClosedLoop(scene, shared[plant])
-        return shared[closed_loop]
+        plant_in_wind, loop_in_wind = ("in wind", plant, wind), ("in wind", closed_loop, wind)
+        if plant_in_wind not in shared:
+            shared[plant_in_wind] = PlantInWind(shared[plant], scene, self.airflow)
+        if loop_in_wind not in shared:
+            shared[loop_in_wind] = LoopInWind(shared[closed_loop], shared[plant_in_wind])
+        return shared[loop_in_wind]
 
     @cached_property
     def _numbers(self):
-        """Numbers of the winches with the actuators, and of the control: equal for cases where these are equal."""
+        """Numbers of winches with actuators, of the control and of the wind: equal for cases where these are equal."""
         scene, shared = self.scene, self.plants_and_loops
         winches = tuple(scene.winches.items()), tuple(scene.actuators.items())
-        return [shared.setdefault(("number", tables), len(shared)) for tables in (winches, scene.control)]
+        wind = scene.wind, self.airflow and self.airflow.direction_name
+        return [shared.setdefault(("number", tables), len(shared)) for tables in (winches, scene.control, wind)]
 
     def _modes_of(self, count):
         """`CoupledModes`, the lowest `count` of them with damping; raises as `closed_loop_of`."""
@@ -211,7 +218,7 @@ class DynamicAnalysis:
         return search_models(analyses).items()
 
     def response_with(self, closed_loop, before):
-        """`GustResponse` of a stable `ClosedLoop`, None without wind; `before` is that of the model tried before."""
+        """`GustResponse` of a stable `LoopInWind`, None without wind; `before` is that of the model tried before."""
         self._check(closed_loop)
         if self.airflow is None:
             return None
@@ -221,7 +228,7 @@ class DynamicAnalysis:
         return GustResponse(closed_loop, self.scene, before if compared else None, least)
 
     def with_critical_modes(self, closed_loop, response):
-        """`ClosedLoop`, see `with_critical_modes` there, and its `GustResponse` or None."""
+        """`LoopInWind`, see `with_critical_modes` there, and its `GustResponse` or None."""
         if closed_loop.loop is not None and closed_loop.with_critical_modes is not closed_loop:
             closed_loop = closed_loop.with_critical_modes
             least = self.sizes.least_error(closed_loop.modes)
@@ -229,7 +236,7 @@ class DynamicAnalysis:
         return closed_loop, response
 
     def _check(self, closed_loop):
-        """Refuse an unstable `ClosedLoop`: NoSolutionError that names the growing motion."""
+        """Refuse an unstable `LoopInWind`: NoSolutionError that names the growing motion."""
         closed_loop.check_open()
         if not closed_loop.stability.stable:
             self.closed_loop_with(self.sizes.usual[0]).check_stable()
@@ -245,12 +252,12 @@ class DynamicAnalysis:
 
     @property
     def closed_loop(self):
-        """`ClosedLoop`; raises as `response`."""
+        """`LoopInWind`; raises as `response`."""
         return self._loop_and_response[0]
 
     @property
     def loop_for_notes(self):
-        """The `ClosedLoop` that notes describe: `closed_loop` if its response was computed, else `loop_for_margins`."""
+        """The `LoopInWind` that notes describe: `closed_loop` if its response was computed, else `loop_for_margins`."""
         outcome = DynamicAnalysis._loop_and_response.known(self)
         return self.loop_for_margins if isinstance(outcome, Exception | None) else self.closed_loop
 
@@ -267,7 +274,7 @@ class DynamicAnalysis:
 
     @computed_together
     def loop_for_margins(analyses):
-        """`ClosedLoop` with the fewest modes, for numbers of the loop: its loop gain has all modes of the cables.
+        """`LoopInWind` with the fewest modes, for numbers of the loop: its loop gain has all modes of the cables.
 
         With the loop it may be unstable.
 

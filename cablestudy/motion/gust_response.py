@@ -70,12 +70,12 @@ class Variances:
 
 
 class GustResponse:
-    """The response of a `ClosedLoop` to its gusts; the winches are at rest where the loop does nothing.
+    """The response of a `LoopInWind` to its gusts; the winches are at rest where the loop does nothing.
 
     Parameters
     ----------
-    closed_loop : ClosedLoop
-        With wind, and stable.
+    closed_loop : LoopInWind
+        Stable.
     scene : SuspensionScene
         Scene of the loop, or one that differs in the exposure time or the correcting mirror of a telescope.
     before : GustResponse, optional

@@ -111,20 +111,21 @@ class BodiesOnAllModes:
         chosen = [poles[added > MOTION.left_out_resonances * most] for (poles, added), most in pairs]
         return np.concatenate([np.zeros(0, dtype=complex), *chosen])  # none of no cable
 
-    @cached_property
-    def movements(self):
-        """`_Spectra` of the movements of bodies, winches at rest: also of loops that only integrate."""
-        rows, of_bodies = self._plant.movements
-        return _Spectra(self._plant.at_rest, rows, lambda s: of_bodies @ self.receptance(s))
+    def movements(self, at_rest):
+        """`_Spectra` of the movements of bodies, winches at rest: also of loops that only integrate.
 
-    @cached_property
-    def tensions(self):
-        """`_Spectra` of the tensions of cables, winches at rest: also of loops that only integrate."""
+        `at_rest` is the `Turbulence` with the winches at rest.
+        """
+        rows, of_bodies = self._plant.movements
+        return _Spectra(at_rest, rows, lambda s: of_bodies @ self.receptance(s))
+
+    def tensions(self, at_rest):
+        """`_Spectra` of the tensions of cables, winches at rest: also of loops that only integrate; as `movements`."""
 
         def by_all_modes(s):
             return self.tensions_by(self.loop_gain, s, self.receptance(s))
 
-        return _Spectra(self._plant.at_rest, self._plant.tension_rows, by_all_modes, of_each_cable=True)
+        return _Spectra(at_rest, self._plant.tension_rows, by_all_modes, of_each_cable=True)
 
     def receptance(self, s):
         """Free displacements of bodies by forces on them, shape (f, d, d)."""
@@ -161,12 +162,12 @@ def _variances_added(omega, coupling, decay):
 
 
 class LeftOutModes:
-    """Errors of the variances of a `ClosedLoop` by the modes that its model leaves out: sizes of their changes.
+    """Errors of the variances of a `LoopInWind` by the modes that its model leaves out: sizes of their changes.
 
     Parameters
     ----------
-    closed_loop : ClosedLoop
-        With gusts, and stable.
+    closed_loop : LoopInWind
+        Stable.
     """
 
     def __init__(self, closed_loop):
@@ -207,7 +208,7 @@ class LeftOutModes:
     def _movements(self):
         """`_Spectra` of the movements of bodies."""
         if not self._counts_loop:
-            return self._plant.all_modes.movements
+            return self._plant.movements_with_all_modes
         rows, of_bodies = self._plant.movements
         return _Spectra(self._turbulence, rows, lambda s: of_bodies @ self._receptance(s))
 
@@ -216,7 +217,7 @@ class LeftOutModes:
         """`_Spectra` of the tensions of cables."""
         all_modes = self._plant.all_modes
         if not self._counts_loop:
-            return all_modes.tensions
+            return self._plant.tensions_with_all_modes
 
         def by_all_modes(s):
             displacements = self._receptance(s)

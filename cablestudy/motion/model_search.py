@@ -30,7 +30,7 @@ def search_models(analyses):
     Returns
     -------
     dict
-        Analysis -> (`ClosedLoop`, `GustResponse` or None without wind), or the error that says why there are none.
+        Analysis -> (`LoopInWind`, `GustResponse` or None without wind), or the error that says why there are none.
     """
     found, responses = {}, dict.fromkeys(analyses)  # responses: with the previous model of each analysis
     # analyses that need another model, with the numbers of modes that they try, or the error that there are none
@@ -58,7 +58,7 @@ def search_models(analyses):
 def _responses_with(closed_loops, previous):
     """Responses to gusts with the models of many analyses, and their variances, computed together.
 
-    `closed_loops` and `previous` are dicts by analysis: its `ClosedLoop`, and its `GustResponse` with its previous,
+    `closed_loops` and `previous` are dicts by analysis: its `LoopInWind`, and its `GustResponse` with its previous,
     smaller model or None. The result has a `GustResponse` for each, None without wind, or the error that says why there
     is none.
     """
@@ -70,16 +70,16 @@ def _responses_with(closed_loops, previous):
         for analysis, closed_loop in closed_loops.items()
     }
     in_wind = [response for response in without_errors(responses).values() if response is not None]
-    Plant.stiffness_of_outputs.compute([response.closed_loop.plant for response in in_wind])
+    Plant.stiffness_of_outputs.compute([response.closed_loop.plant.linear for response in in_wind])
     Turbulence.all_variances.compute([response.turbulence for response in in_wind])
     GustResponse.own_variances.compute(in_wind)
     return responses
 
 
 def closed_loops_of(sizes, trial=0):
-    """Build the `ClosedLoop` of each analysis with one of the numbers of modes to try.
+    """Build the `LoopInWind` of each analysis with one of the numbers of modes to try.
 
-    A `ClosedLoop` is a suspension with its control loop, if it has one. The equations of motion of all analyses are
+    It is a suspension with its control loop, if it has one, in its wind. The equations of motion of all analyses are
     computed together.
 
     Parameters
@@ -92,7 +92,7 @@ def closed_loops_of(sizes, trial=0):
     Returns
     -------
     dict
-        Analysis -> `ClosedLoop`, or the error that says why there is none.
+        Analysis -> `LoopInWind`, or the error that says why there is none.
     """
     found = {}
     for analysis, of_analysis in sizes.items():
@@ -100,13 +100,13 @@ def closed_loops_of(sizes, trial=0):
         if not isinstance(of_analysis, Exception):
             doing(f"motion with {of_analysis[trial]} modes")
             found[analysis] = outcome_of(partial(analysis.closed_loop_with, of_analysis[trial]))
-    plants = [closed_loop.plant for closed_loop in without_errors(found).values()]
+    plants = [closed_loop.plant.linear for closed_loop in without_errors(found).values()]
     Plant.motion.compute([plant for plant in plants if not plant.refused])
     return found
 
 
 def stable_without_loop(closed_loop):
-    """The `ClosedLoop`, checked to be stable with the winches at rest; raises the error that came in its place, too."""
+    """The `LoopInWind`, checked to be stable with the winches at rest; raises the error that came in its place, too."""
     result_of(closed_loop).check_open()
     return closed_loop
 

@@ -1,7 +1,7 @@
-"""One suspension in the mean wind as a linear system without its loop: coordinates, actuators, gusts.
+"""One suspension in the mean wind as a linear system without its loop: coordinates, actuators, damping by the air.
 
-Scenes that differ only in the loop of the winches, or in the exposure time or the correcting mirror of a telescope,
-share it.
+Scenes that differ only in the loop of the winches, in the exposure time or the correcting mirror of a telescope, or in
+gusts share it: `in_wind` adds these.
 """
 
 from dataclasses import dataclass, field, replace
@@ -11,7 +11,6 @@ import numpy as np
 
 from cablestudy.cable.matrices import dense
 from cablestudy.cable.records import stack
-from cablestudy.control.loop_state_space import ExactResponse
 from cablestudy.control.motion import Actuator, actuated, motion_of_rows, with_actuators
 from cablestudy.control.suspension import Marker, SystemParts, suspension_systems
 from cablestudy.control.winches import ENDS, Winch, WinchedEnds
@@ -19,16 +18,12 @@ from cablestudy.errors import NoSolutionError, outcome_of
 from cablestudy.motion.airflow import load_stiffness_of_bodies
 from cablestudy.motion.left_out_modes import BodiesOnAllModes
 from cablestudy.motion.reduction_basis import MIDSPAN, applied_loads, loads_and_bases, space_with_fewer_modes
-from cablestudy.motion.tension_waves import change_by_waves
 from cablestudy.motion.tolerances import MOTION
-from cablestudy.motion.turbulence import Turbulence
 from cablestudy.scene.actuator_tables import ReactionWheel
 from cablestudy.statics.suspension import AXES
 from cablestudy.system.connected import observed
 from cablestudy.system.linear import LinearSystem
-from cablestudy.system.residues import delayed_response
 from cablestudy.system.state_rows import state_rows
-from cablestudy.system.state_spaces import StateSpaces
 from cablestudy.system.together import batches, computed_together
 from cablestudy.wind.strips import midspan_shapes
 
@@ -83,7 +78,7 @@ class Plant:
     equilibrium : Equilibrium
         Equilibrium of this case, in the mean wind.
     airflow : Airflow or None
-        Air about this case; None without wind.
+        Air about this case, which may damp it; None without wind.
     modes : CoupledModes
         Modes of the suspension that the model has.
     accuracy : float
@@ -248,65 +243,6 @@ class Plant:
         lowest = slice(int(MOTION.fewer_modes * len(self.modes)))
         shares = self.modes.shares_of(np.arange(len(self.layout.free)))[:, lowest]
         return float((1 - shares.sum(axis=1)).max(initial=0.0))
-
-    @cached_property
-    def gust_forces(self):
-        """Forces on the coordinates by the inputs of the gusts, shape (m, i): none on the strokes of masses."""
-        input_matrix = self.gusts.input_matrix
-        return np.pad(input_matrix, ((0, len(self.motion) - len(input_matrix)), (0, 0)))
-
-    def delayed_response(self, loop, coarse=False):
-        """Response of all outputs, as in `StateSpaces`, to the gusts with a loop that has a delay: `DelayedResponse`.
-
-        It has the exact response over frequency, and the poles that make sharp peaks in this. Up to a limit of
-        frequency these are poles with a Padé approximant of the delay. The limit is just above the frequency up to
-        which the approximant is accurate (`Loop.delay_accurate_up_to`). Above it the winches hardly move: the poles are
-        those with the winches at rest.
-
-        Parameters
-        ----------
-        loop : Loop
-            Loop about the `motion` of this plant.
-        coarse : bool
-            True to leave out the highest modes, by `coarse_space`: the change tells the error due to modes.
-        """
-        forces = self.gust_forces
-        if coarse:
-            loop, forces = loop.within(self.coarse_space), self.coarse_space.T @ forces
-        space = StateSpaces.of_one(loop.motion, loop, self.actuators)
-        (approximate,) = space.residues(forces[None], self.direct[None])
-        # the poles are those of a Padé approximant; above `delay_accurate_up_to` those with the winches at rest
-        exact = ExactResponse(loop.motion, forces, loop, self.actuators, self.direct)
-        return delayed_response(exact, approximate, exact.at_small_gain, loop.delay_accurate_up_to)
-
-    @cached_property
-    def direct(self):
-        """Change of each output by the inputs of `Gusts.input_matrix` where nothing moves, shape (o, i).
-
-        The tensions are the last outputs, two of each cable: each is less by the force of the gusts that reaches its
-        end statically.
-        """
-        gusts = self.gusts
-        direct = np.zeros((len(self.outputs), gusts.input_matrix.shape[1]))
-        cables = np.array([cable for group in gusts.strips for cable in group.cables], dtype=int)
-        rows = self.tension_rows.reshape(-1, 2)[cables].ravel()
-        direct[rows, len(gusts.input_matrix) + np.arange(len(rows))] = -1.0
-        return direct
-
-    @cached_property
-    def at_rest(self):
-        """`Turbulence` with the winches at rest."""
-        return Turbulence(self)
-
-    @cached_property
-    def change_by_waves(self):
-        """`tension_waves.change_by_waves` of the outputs and of their rates, which all loops share, shape (2, o)."""
-        return change_by_waves(self)
-
-    @cached_property
-    def gusts(self):
-        """`Gusts` on the coordinates; None without wind."""
-        return self.airflow and self.airflow.gusts(self.modes, self.layout, self.basis[1])
 
     @cached_property
     def all_modes(self):

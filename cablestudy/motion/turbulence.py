@@ -73,16 +73,23 @@ class Turbulence:
         """
         without_delay = [one for one in turbulences if not one.has_delay]
         for members in batches(without_delay, lambda one: one._signature, lambda one: 2 * len(one.plant.motion)):
-            loops = [turbulence.loop for turbulence in members] if members[0].loop else None
-            motions = [turbulence.plant.motion for turbulence in members]
-            space = StateSpaces.of(motions, loops, members[0].plant.actuators)
-            known = [system.__dict__.get("eigen") for system in loops or motions]
+            systems = {id(one.system): one.system for one in members}  # many winds may share one
+            rows = {identity: row for row, identity in enumerate(systems)}
+            motions = {id(one.system): one.plant.motion for one in members}
+            loops = list(systems.values()) if members[0].loop else None
+            space = StateSpaces.of(list(motions.values()), loops, members[0].plant.actuators)
+            known = [system.__dict__.get("eigen") for system in systems.values()]
             if all(eigen is not None for eigen in known):
                 space.eigen = known
-            for row, (system, eigen) in enumerate(zip(loops or motions, space.eigen, strict=True)):
+            for row, (system, eigen) in enumerate(zip(systems.values(), space.eigen, strict=True)):
                 system.__dict__.setdefault("equations", take_rows(space.rows.equations, row))
                 system.__dict__["eigen"] = eigen
-            yield from ((turbulence, (space, row)) for row, turbulence in enumerate(members))
+            yield from ((one, (space, rows[id(one.system)])) for one in members)
+
+    @property
+    def system(self):
+        """`Loop`, or the `LinearSystem` with the winches at rest."""
+        return self.loop or self.plant.motion
 
     @property
     def _signature(self):
@@ -273,12 +280,14 @@ def _residues_of_rows(turbulences, coarse=False):
     for indices in groups.values():
         members = [turbulences[index] for index in indices]
         spaces, rows = zip(*(turbulence.space for turbulence in members), strict=True)
-        space = spaces[0].take(list(rows))
+        distinct, first, of_member = np.unique(rows, return_index=True, return_inverse=True)
+        space = spaces[0].take(distinct.tolist())
         forces = np.array([turbulence.plant.gust_forces for turbulence in members])
         direct = np.array([turbulence.plant.direct for turbulence in members])
         if coarse:
-            basis = np.array([turbulence.plant.coarse_space for turbulence in members])
-            space, forces = space.within(basis), np.swapaxes(basis, -1, -2) @ forces
+            basis = np.array([members[index].plant.coarse_space for index in first.tolist()])
+            space, forces = space.within(basis), np.swapaxes(basis, -1, -2)[of_member] @ forces
+        space = space.take(of_member.tolist())
         for index, residues in zip(indices, space.residues(forces, direct), strict=True):
             found[index] = residues
     return found

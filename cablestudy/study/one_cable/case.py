@@ -435,8 +435,12 @@ class CableCase(ComparedCase):
 
     @cached_property
     def linear_models(self):
-        """Linear models about the equilibrium by their keys, shared by cases that differ in the loop alone: dict."""
-        return self._cache_of("linear_models", self.scene.cable.damping, self.scene.gondola, self.scene.wind)
+        """Linear models about the equilibrium by their keys, shared by cases that differ in the loop alone: dict.
+
+        Those in winds that do not damp the motion share them, too.
+        """
+        wind = self.scene.wind and self.scene.wind.aerodynamic_damping and self.scene.wind
+        return self._cache_of("linear_models", self.scene.cable.damping, self.scene.gondola, wind)
 
     @cached_property
     def equilibrium(self):
