@@ -119,7 +119,16 @@ def only_dissipates(losses):
     rounding = CABLE.loss_rounding * np.abs(losses).max(initial=0.0)
     if np.abs(losses - losses.T).max(initial=0.0) > rounding:
         return False
-    return np.linalg.eigvalsh(losses).min(initial=0.0) >= -rounding
+    return not rounding or is_positive_definite(losses + rounding * np.eye(len(losses)))
+
+
+def is_positive_definite(matrix):
+    """True if a symmetric matrix has positive eigenvalues only: it has Cholesky factors, found faster than those."""
+    try:
+        np.linalg.cholesky(matrix)
+    except np.linalg.LinAlgError:
+        return False
+    return True
 
 
 def cholesky(stiffness):

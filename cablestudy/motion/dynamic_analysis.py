@@ -448,9 +448,10 @@ class DynamicAnalysis:
         total = variances.sum_of(variance, names)
         if not total > 0:
             return np.sqrt(total), 0.0 if self.model is None else np.nan
+        if not self.sizes.error_known:
+            return np.sqrt(total), np.nan
         own_error = error_of_root(variances.error_of(variance, names) / total)
-        error = self._with_safety(own_error, response.closed_loop.modes, sees_own_motion=variance in OWN)
-        return np.sqrt(total), error if self.sizes.error_known else np.nan
+        return np.sqrt(total), self._with_safety(own_error, response.closed_loop.modes, sees_own_motion=variance in OWN)
 
     def _with_safety(self, error, modes, sees_own_motion):
         """Relative error of an RMS that is stated, from that estimated from one model with some `CoupledModes`. [-]

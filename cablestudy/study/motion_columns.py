@@ -76,7 +76,12 @@ def peak_of_gondola(case):
 
 def least_tension_at_peak(case):
     """Least tension at an end that is expected within `wind.duration`. [N]"""
-    tensions, changes, _ = _tensions_at_peak(case)
+    if case.scene.gondola is None:
+        tensions, changes, _ = _tensions_at_peak(case)
+    else:
+        check_winch_speed(case)
+        tensions, slopes = _tensions_and_slopes(case)
+        changes = slopes * (abs(float(mean_displacement(case))) + peaks.peak_of_change(case.analysis, [GONDOLA_X]))
     return float((tensions - changes)[[0, -1]].min())
 
 

@@ -119,8 +119,8 @@ def ritz_of_rows(system, basis, vectors):
         rows, last = np.flatnonzero(counts == count), slice(vectors.shape[-1] - count, None)
         scaled = directions[rows][..., last] / np.sqrt(strain_energy[rows][:, None, last])
         independent = vectors[rows] @ scaled
-        of_rows = system if len(rows) == len(counts) else system.take(rows)
-        products = np.swapaxes(independent, -1, -2) @ _times(of_rows.mass, independent)
+        mass = system.mass if len(rows) == len(counts) else system.mass[rows]
+        products = np.swapaxes(independent, -1, -2) @ _times(mass, independent)
         for row, own, compliance, combined in zip(rows.tolist(), independent, *np.linalg.eigh(products), strict=True):
             massive = compliance > SYSTEM.dependent_ritz * compliance.max(initial=0.0)
             root = np.sqrt(compliance[massive])

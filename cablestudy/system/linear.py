@@ -16,7 +16,16 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.cable.matrices import UNSTABLE, cholesky, dense, only_dissipates, polynomial, solved, sparse_factors
+from cablestudy.cable.matrices import (
+    UNSTABLE,
+    cholesky,
+    dense,
+    is_positive_definite,
+    only_dissipates,
+    polynomial,
+    solved,
+    sparse_factors,
+)
 from cablestudy.cable.records import stack, take_rows, with_arrays
 from cablestudy.errors import NoSolutionError
 from cablestudy.system.first_order import equations
@@ -186,7 +195,7 @@ class LinearSystem:
             return False
         if not all(only_dissipates(part) for part in losses):
             return False
-        return bool(np.linalg.eigvalsh(self.stiffness.real).min(initial=np.inf) > 0)
+        return is_positive_definite(stiffness)
 
     @cached_property
     def equations(self):
