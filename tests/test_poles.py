@@ -3,13 +3,18 @@
 Against solved systems of equations, and one eigenvalue problem of all modes.
 """
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from references import dense
 
+from cablestudy.control.notch import Notch
+from cablestudy.system.closed_poles import eigen_of_closed_loop
 from cablestudy.system.damped_pole import poles_near
+from cablestudy.system.first_order import Allocation, LinearControl, equations
+from cablestudy.system.linear import LinearSystem
 from cablestudy.system.pole_windows import mode_amplitudes, poles_and_vectors, poles_in_windows
 from cablestudy.system.residues import eigen, eigen_of_rows
 from cablestudy.system.solvents import eigen_by_solvents
@@ -109,6 +114,46 @@ def test_complex_stiffness_and_damping_together(seed, ratio):
     size = np.sqrt(np.diagonal(np.abs(right).max(axis=0)))
     assert (np.abs(summed - right) / size[:, None] / size).max() < 1e-10  # rounding, over three decades
     assert found.one_sided
+
+
+def closed_loop(gain):
+    """A and what `eigen_of_closed_loop` needs: 30 modes, 3 winches, a notch of 2 coordinates, a law of one state."""
+    draw, n = np.random.default_rng(1), 30
+    omega = np.sort(10 ** draw.uniform(0, 2.5, n))
+    loss, drag, *winches = draw.normal(size=(5, n, n)) / n
+    root = np.sqrt(omega[:, None] * omega)
+    stiffness, damping = np.diag(omega**2) + 0.02j * root * (np.eye(n) + loss @ loss.T), 0.01 * root * (drag @ drag.T)
+    b = tuple(part[:, :3] * size for part, size in zip(winches, (30.0, 0.5, 0.1), strict=True))
+    motion = LinearSystem(np.eye(n), damping, stiffness, b, c=(np.eye(n),) * 3, d=(np.zeros((n, 3)),) * 3)
+    allocation = Allocation(draw.normal(size=(2, n)), draw.normal(size=(3, 2)), draw.normal(size=(2, 2)))
+    law = np.array([[-20.0]]), np.array([1.0]), np.array([5.0]), 0.8
+    control = LinearControl(allocation, gain, (Notch(omega[3], 0.05, 60.0, 1.0), None), law, ["lag"])
+    first_order = equations(motion, allocation, control.notches, law)
+    return first_order.with_gain(gain), motion, control
+
+
+@pytest.mark.parametrize("gain", [1e-3, 0.1, 0.7])
+def test_poles_of_a_closed_loop_follow_from_those_at_rest(gain):
+    """And its vectors: the sum over them is the response, the poles are those of the general algorithm."""
+    matrix, motion, control = closed_loop(gain)
+    found = eigen_of_closed_loop(matrix, motion.eigen, motion, control)
+    expected = np.linalg.eigvals(matrix)
+    assert np.sort_complex(found.values) == pytest.approx(np.sort_complex(expected), rel=1e-9)
+    right = np.linalg.inv(FREQUENCIES[:, None, None] * np.eye(len(matrix)) - matrix)
+    summed = (found.right / (FREQUENCIES[:, None] - found.values)[:, None, :]) @ found.left
+    size = np.abs(right).max(axis=0)
+    assert (np.abs(summed - right).max(axis=0) <= 1e-9 * size + 1e-14 * size.max()).all()
+    moved = np.abs(expected[:, None] - motion.eigen.values).min(axis=0) / np.abs(motion.eigen.values)
+    assert gain < 0.7 or moved.max() > 0.05  # the loop moves poles by far more than a step may be wrong
+
+
+def test_a_pole_that_is_not_found_from_those_at_rest_is_noticed():
+    """With a gain that moves poles past each other, and with wrong poles at rest."""
+    matrix, motion, control = closed_loop(10.0)
+    assert eigen_of_closed_loop(matrix, motion.eigen, motion, control) is None
+    matrix, motion, control = closed_loop(0.1)
+    wrong = replace(motion.eigen, values=motion.eigen.values * (1 + 1e-9))
+    assert eigen_of_closed_loop(matrix, wrong, motion, control) is None
 
 
 # in windows

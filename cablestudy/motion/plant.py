@@ -229,6 +229,11 @@ class Plant:
         return space_with_fewer_modes(self, applied_loads(self) if self.model is None else self._loads_and_basis[0])
 
     @cached_property
+    def coarse_motion(self):
+        """`motion` in the coordinates of `coarse_space`: `LinearSystem`, which all loops share."""
+        return self.motion.within(self.coarse_space)
+
+    @cached_property
     def coarse_space_in_time(self):
         """Basis as in `coarse_space`, but with static responses to winches and loads only, also for stated elements.
 

@@ -286,7 +286,8 @@ def _residues_of_rows(turbulences, coarse=False):
         direct = np.array([turbulence.plant.direct for turbulence in members])
         if coarse:
             basis = np.array([members[index].plant.coarse_space for index in first.tolist()])
-            space, forces = space.within(basis), np.swapaxes(basis, -1, -2)[of_member] @ forces
+            motions = [members[index].plant.coarse_motion for index in first.tolist()]
+            space, forces = space.within(basis, motions), np.swapaxes(basis, -1, -2)[of_member] @ forces
         space = space.take(of_member.tolist())
         for index, residues in zip(indices, space.residues(forces, direct), strict=True):
             found[index] = residues

@@ -105,7 +105,7 @@ def _eigen_of_full(a):
     sorted_a = a[row[:, None], order[:, :, None], order[:, None, :]]
     poles, right = np.linalg.eig(sorted_a)
     left = _inverse_of_vectors(poles, right, np.iscomplexobj(a))
-    independent = _independent(right, left)
+    independent = independent_vectors(right, left)
     poles, right, left = poles + 0j, right + 0j, left + 0j
     for dependent in np.flatnonzero(~independent).tolist():
         of_row = sorted_a[dependent]
@@ -134,7 +134,7 @@ def _inverse_of_vectors(poles, right, is_complex):
     return left
 
 
-def _independent(right, left):
+def independent_vectors(right, left):
     """True where the eigenvectors of a matrix are far from dependent: V and V^-1, both of shape (n, N, N)."""
     size = np.abs(left)
     shares, largest = (size * np.abs(np.swapaxes(right, -1, -2))).sum(axis=-1), size.max(axis=(-2, -1), initial=0.0)
@@ -167,7 +167,7 @@ def _eigen_with_complex_stiffness(a):
     except np.linalg.LinAlgError:
         return [None] if len(a) == 1 else [_eigen_with_complex_stiffness(of_row[None])[0] for of_row in a]
     left = inverse(right)
-    independent, poles = _independent(right, left), np.sqrt(1 / squares)
+    independent, poles = independent_vectors(right, left), np.sqrt(1 / squares)
     speeds, by_speeds = right * (poles[:, None] / unit[:, :, None]), left * (unit[:, None] / poles[:, :, None])
     right, left = np.block([[right, right], [speeds, -speeds]]), np.block([[left, by_speeds], [left, -by_speeds]]) / 2
     return _one_sided(np.concatenate([poles, -poles], axis=1), right, left, independent)
@@ -186,7 +186,7 @@ def _eigen_of_weakly_damped(a):
     poles, shapes, weak = eigen_by_solvents(stiffness, damping.real)
     right = np.concatenate([shapes, shapes * poles[:, None] / unit[:, :, None]], axis=1)
     left = inverse(right)
-    return _one_sided(poles, right, left, weak & _independent(right, left))
+    return _one_sided(poles, right, left, weak & independent_vectors(right, left))
 
 
 def _one_sided(poles, right, left, usable):

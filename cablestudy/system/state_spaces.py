@@ -14,8 +14,10 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.cable.records import stack, take_rows
-from cablestudy.system.residues import eigen_of_rows, residues
+from cablestudy.system.closed_poles import eigen_of_closed_loop
+from cablestudy.system.residues import eigen, residues
 from cablestudy.system.state_rows import state_rows
+from cablestudy.system.tolerances import SYSTEM
 
 
 class StateSpaces:
@@ -23,8 +25,8 @@ class StateSpaces:
 
     Parameters
     ----------
-    motion : LinearSystem
-        Of n rows; its inputs are the lengths that winches reel in.
+    motions : list of LinearSystem
+        Of each row; their inputs are the lengths that winches reel in.
     control : LinearControl, optional
         Of n rows; without it the winches are at rest.
     actuators : sequence of Actuator
@@ -36,8 +38,9 @@ class StateSpaces:
         Without inputs; with a loop, `outputs` has the speeds of the winches too.
     """
 
-    def __init__(self, motion, control=None, actuators=()):
-        self.motion, self._control, self._actuators = motion, control, actuators
+    def __init__(self, motions, control=None, actuators=()):
+        self.motion, self._motions, self._control, self._actuators = stack(motions), motions, control, actuators
+        motion = self.motion
         self.rows = rows = state_rows(motion, None, control, actuators)
         # a force changes an output directly by the accelerations z'' and, with a loop, by rates and accelerations of
         # winches: by this matrix times the change of the states
@@ -60,7 +63,7 @@ class StateSpaces:
             About these motions.
         actuators : sequence of Actuator
         """
-        return StateSpaces(stack(motions), loops and stack([loop.linear for loop in loops]), actuators)
+        return StateSpaces(motions, loops and stack([loop.linear for loop in loops]), actuators)
 
     @staticmethod
     def of_one(motion, loop=None, actuators=()):
@@ -84,18 +87,26 @@ class StateSpaces:
             return self
         taken = copy(self)
         taken.motion, taken._control = self.motion.take(rows), take_rows(self._control, rows)
+        taken._motions = [self._motions[row] for row in rows]
         taken.rows, taken._at_once = take_rows(self.rows, rows), self._at_once[rows]
         taken.eigen = [self.eigen[row] for row in rows]
         return taken
 
-    def within(self, space):
-        """State spaces in other coordinates q of the motion, z = S q, with S of shape (n, m, r)."""
-        return StateSpaces(self.motion.within(space), self._control and self._control.within(space), self._actuators)
+    def within(self, space, motions):
+        """State spaces in other coordinates q of the motion, z = S q, S of shape (n, m, r): with `motions` in these."""
+        return StateSpaces(motions, self._control and self._control.within(space), self._actuators)
 
     @cached_property
     def eigen(self):
         """`Eigen` of each row: list."""
-        return eigen_of_rows(self.rows.state_rate)
+        if not self._control:
+            return [motion.eigen for motion in self._motions]
+        state_rate, found = self.rows.state_rate, [None] * len(self._motions)
+        if np.iscomplexobj(state_rate) and state_rate.shape[-1] >= SYSTEM.closed_loop_states:
+            for row, motion in enumerate(self._motions):
+                arguments = state_rate[row], motion.eigen, motion, take_rows(self._control, row)
+                found[row] = eigen_of_closed_loop(*arguments)
+        return [found[row] or eigen(state_rate[row]) for row in range(len(found))]
 
     def matrices(self, forces, direct=None):
         """B, C and D, for forces on the m coordinates by each of j inputs, shape (n, m, j).

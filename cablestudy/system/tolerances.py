@@ -76,6 +76,14 @@ class SystemTolerances:
     uncorrected: float = 1e-3  # singular value of the static gain over the largest, below which a pose is not corrected
     dependent_shares: float = 1e5  # sum of the sizes of the shares of all states in a pole,
     singular_inverse: float = 1e12  # and entry of V^-1, above which A has almost no eigenvectors
+    # states of a closed loop from which on its poles are found from those with the winches at rest,
+    closed_loop_states: int = 60
+    # in so many steps: usual loops take three, those of gains up to the largest one seven, some near it ten,
+    closed_pole_steps: int = 12
+    closed_pole_change: float = 1e-8  # and relative change of a pole in a step after which it has all digits
+    secant_slope: float = 0.3  # slope, about 1, up to which a step of the secant method is not sure of itself
+    # residual of an eigenvector over the largest entries of it and of the matrix: rounding leaves 1e-14
+    closed_pole_residual: float = 1e-12
     sharp: float = 0.35  # damping ratio below which a pole makes a response sharp over frequency
     # highest frequency above which other poles are taken, over that up to which the first ones are good: approximants
     # of a delay, whose phase is accurate to 1e-7 there, are so to 4e-5 at 1.4 times it
