@@ -15,7 +15,7 @@ import numpy as np
 
 from cablestudy.cable.records import stack, take_rows
 from cablestudy.system.closed_poles import eigen_of_closed_loop
-from cablestudy.system.residues import eigen, residues
+from cablestudy.system.residues import eigen, eigen_of_rows, residues
 from cablestudy.system.state_rows import state_rows
 from cablestudy.system.tolerances import SYSTEM
 
@@ -99,14 +99,16 @@ class StateSpaces:
     @cached_property
     def eigen(self):
         """`Eigen` of each row: list."""
+        state_rate = self.rows.state_rate
+        if not np.iscomplexobj(state_rate) or state_rate.shape[-1] < SYSTEM.closed_loop_states:
+            return eigen_of_rows(state_rate)
         if not self._control:
-            return [motion.eigen for motion in self._motions]
-        state_rate, found = self.rows.state_rate, [None] * len(self._motions)
-        if np.iscomplexobj(state_rate) and state_rate.shape[-1] >= SYSTEM.closed_loop_states:
-            for row, motion in enumerate(self._motions):
-                arguments = state_rate[row], motion.eigen, motion, take_rows(self._control, row)
-                found[row] = eigen_of_closed_loop(*arguments)
-        return [found[row] or eigen(state_rate[row]) for row in range(len(found))]
+            return [motion.eigen for motion in self._motions]  # which loops about them need, too
+        arguments = enumerate(zip(state_rate, self._motions, strict=True))
+        return [
+            eigen_of_closed_loop(rate, motion.eigen, motion, take_rows(self._control, row)) or eigen(rate)
+            for row, (rate, motion) in arguments
+        ]
 
     def matrices(self, forces, direct=None):
         """B, C and D, for forces on the m coordinates by each of j inputs, shape (n, m, j).
