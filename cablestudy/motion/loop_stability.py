@@ -4,7 +4,7 @@ With all modes of the cables that a gain could drive (`DrivenCables`), which are
 """
 
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from math import ceil, log2
 
 import numpy as np
@@ -47,6 +47,17 @@ class GainTrials:
     effects: DrivingBounds
     driven_cables: dict = field(default_factory=dict)
     first_gains: dict = field(default_factory=dict)
+
+
+def compute_stability(loops):
+    """Compute together what tells whether many loops, by their `LoopStability`, are stable with their gains.
+
+    Loops that are unstable without gain are left out.
+    """
+    stable_without = without_errors({one: outcome_of(one._effects_if_stable) for one in loops})
+    unknown = [one for one in stable_without if LoopStability.driven.known(one) is None]
+    LoopStability._far_from_unstable.compute(unknown)
+    LoopStability.driven.compute([one for one in unknown if one.needs_largest_gain])
 
 
 class LoopStability:
@@ -348,18 +359,38 @@ class LoopStability:
         """`_far_from_unstable`, or False where the largest gain is known already."""
         return LoopStability.driven.known(self) is None and self._far_from_unstable
 
-    @cached_property
-    def _far_from_unstable(self):
+    @property
+    def needs_largest_gain(self):
+        """True if the search for the largest gain tells whether the loop is stable, or which gain it has."""
+        gain = law_from(self._closed_loop.scene.control)[1]
+        return gain != 0 and LoopStability._far_from_unstable.known(self) is False
+
+    @computed_together
+    def _far_from_unstable(loops):
         """True if the loop is stable, and its gain not nearly the largest one; where this is seen with little work.
 
         That spares the search for the largest gain. It is left to that search where the gain follows from it, and where
-        the law has a delay.
+        the law has a delay. What cannot be seen by the poles of the model is computed for many loops together.
         """
-        law, gain = law_from(self._closed_loop.scene.control)
-        if not gain or law.delay:
-            return False
-        higher_gain = gain / MOTION.nearly_largest_gain
-        return self._poles_decay_up_to(higher_gain) or self._stable_up_to(higher_gain)
+        undecided, effects = {}, known(loops, "effects")
+        DrivingBounds.responses.compute(effects.values())
+        bounded = [own for one, own in effects.items() if one._closed_loop.plant.model is None]
+        DrivingBounds.driving_gain.compute(bounded)  # of stated elements all modes are looked at
+        for one in loops:
+            law, gain = law_from(one._closed_loop.scene.control)
+            if not gain or law.delay:
+                yield one, False
+                continue
+            higher_gain = gain / MOTION.nearly_largest_gain
+            seen = outcome_of(partial(one._poles_decay_up_to, higher_gain))
+            if seen is False:
+                undecided[one] = higher_gain
+            else:
+                yield one, seen
+        DrivingBounds.driving_gain.compute(known(undecided, "effects").values())
+        trials = {one: outcome_of(partial(one._driven_cables_of, gain)) for one, gain in undecided.items()}
+        _solve_trials(dict.fromkeys(without_errors(trials).values()))
+        yield from ((one, one._stable_up_to(gain)) for one, gain in undecided.items())
 
     def _poles_decay_up_to(self, gain):
         """True if all poles of the model decay, with a gain [rad/s] and with that of the loop, and no other mode grows.

@@ -9,8 +9,8 @@ import numpy as np
 from cablestudy.activity import doing
 from cablestudy.cable.records import concatenate
 from cablestudy.errors import known, outcome_of, outcomes, result_of, without_errors
-from cablestudy.motion.driven_waves import DrivingBounds
 from cablestudy.motion.gust_response import GustResponse
+from cablestudy.motion.loop_stability import compute_stability
 from cablestudy.motion.plant import Plant
 from cablestudy.motion.turbulence import Turbulence
 from cablestudy.system.coupled_modes import coupled_modes_of_cases
@@ -62,9 +62,10 @@ def _responses_with(closed_loops, previous):
     smaller model or None. The result has a `GustResponse` for each, None without wind, or the error that says why there
     is none.
     """
-    controlled = [closed_loop for closed_loop in closed_loops.values() if closed_loop.gain_is_stated]
-    Turbulence.space.compute(known(controlled, "turbulence").values())
-    DrivingBounds.responses.compute(known([closed_loop.stability for closed_loop in controlled], "effects").values())
+    controlled = [closed_loop for closed_loop in closed_loops.values() if closed_loop.scene.control is not None]
+    stated = [closed_loop for closed_loop in controlled if closed_loop.gain_is_stated]
+    Turbulence.space.compute(known(stated, "turbulence").values())
+    compute_stability([closed_loop.stability for closed_loop in controlled])
     responses = {
         analysis: outcome_of(partial(analysis.response_with, closed_loop, previous[analysis]))
         for analysis, closed_loop in closed_loops.items()
