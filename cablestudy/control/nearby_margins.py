@@ -38,13 +38,16 @@ def nearby_margins(known, unit_gain):
     Returns
     -------
     Margins or None
-        To first order in L' - L; None where L' differs too much for that.
+        To first order in L' - L; None where L' differs too much for that, or L has no peak above the size of I. Where
+        L has that of a mode as good as undamped, peaks are not estimated.
     """
     (crossovers, angles), count = known.crossovers, len(known.crossovers[0])
     try:
         peaks = 2 * np.pi * np.array([known.sensitivity_frequency, known.disk_frequency])
-    except (TypeError, NoSolutionError):  # no peak above the size of I, or one of a mode as good as undamped
+    except TypeError:  # no peak above the size of I
         return None
+    except NoSolutionError:  # the height of one is rounding
+        peaks = np.zeros(0)
     step = CONTROL.nearby_peak * np.array([_bracket(known.omega, omega) for omega in peaks])
     about_peaks = (peaks[:, None] + step[:, None] * THREE).ravel()
     passed = np.append(crossovers, [2 * np.pi * known.bandwidth] if known.bandwidth else [])
@@ -52,16 +55,18 @@ def nearby_margins(known, unit_gain):
     # L at three frequencies about each peak, then about each frequency that is passed; L' too, but there alone
     of_known = known.loop_gain(1j * np.append(about_peaks, about_passed))
     of_known = of_known.reshape(-1, 3, *of_known.shape[1:])
-    at_peaks, at_passed = of_known[:2], of_known[2:]
+    at_peaks, at_passed = of_known[: len(peaks)], of_known[len(peaks) :]
     changed = known.gain * unit_gain(1j * np.append(about_peaks, passed))
-    changed_at_peaks, changed_at_passed = changed[:6].reshape(at_peaks.shape), changed[6:]
+    changed_at_peaks, changed_at_passed = np.split(changed, [len(about_peaks)])
+    changed_at_peaks = changed_at_peaks.reshape(at_peaks.shape)
     nearby = Margins(unit_gain, known.omega, known.gain)
     try:
         nearby.crossovers = _crossovers(crossovers, angles, at_passed[:count], changed_at_passed[:count])
-        nearby.peaks = (
-            _peak(known.sensitivity_peak, peaks[0], step[0], 0.0, at_peaks[0], changed_at_peaks[0]),
-            _peak(1 / known.disk_margin, peaks[1], step[1], 0.5, at_peaks[1], changed_at_peaks[1]),
-        )
+        if len(peaks):
+            nearby.peaks = (
+                _peak(known.sensitivity_peak, peaks[0], step[0], 0.0, at_peaks[0], changed_at_peaks[0]),
+                _peak(1 / known.disk_margin, peaks[1], step[1], 0.5, at_peaks[1], changed_at_peaks[1]),
+            )
         nearby.bandwidth = known.bandwidth and _bandwidth(passed[-1], at_passed[-1], changed_at_passed[-1])
     except (_DifferenceError, np.linalg.LinAlgError):
         return None
