@@ -57,6 +57,7 @@ _FURTHER = {
     "Nm": "newton * meter", "Nms": "newton * meter * second",
     "psf": "pound_force / foot ** 2", "ksf": "1000 * pound_force / foot ** 2",
     "plf": "pound_force / foot", "klf": "1000 * pound_force / foot", "pcf": "pound / foot ** 3",
+    "kn": "knot",  # which pint has since 0.25
 }  # fmt: skip
 
 # Temperature scales -> what is added to a number on them, and the size of a degree. [K]
