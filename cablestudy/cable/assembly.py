@@ -28,6 +28,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from cablestudy.cable.element import basis, highest_projection, mass_matrix
+from cablestudy.cable.records import with_computed
 from cablestudy.cable.state import State
 
 IN_PLANE, OUT_OF_PLANE, SPATIAL = (0, 1), (2,), (0, 1, 2)
@@ -117,10 +118,9 @@ class System:
 
     def take(self, index):
         """`System` of one cable of a batch, or of several; its arrays are computed once for the whole batch."""
-        system = System(self.state.take(index), self.axes)
-        for name in ("tangent", "frame", "weighted_flexibility", "compliance", "end_stiffness", "end_shapes"):
-            system.__dict__[name] = getattr(self, name)[index]
-        return system
+        names = "tangent", "frame", "weighted_flexibility", "compliance", "end_stiffness", "end_shapes"
+        arrays = {name: getattr(self, name)[index] for name in names}
+        return with_computed(System(self.state.take(index), self.axes), **arrays)
 
     @property
     def dof(self):

@@ -42,6 +42,17 @@ def assign_rows(record, index, cases):
         array[index] = rows
 
 
+def with_computed(record, **values):
+    """The record itself, with values that its cached properties have from elsewhere: they are not computed again."""
+    vars(record).update(values)
+    return record
+
+
+def is_computed(record, name):
+    """True if a cached property of a record has its value."""
+    return name in vars(record)
+
+
 def _arrays(value):
     """Yield the arrays of a record, or of a list or tuple."""
     if hasattr(value, "ndim"):

@@ -17,7 +17,7 @@ from math import prod
 import numpy as np
 
 from cablestudy.cable.matrices import inverse, solve
-from cablestudy.cable.records import stack
+from cablestudy.cable.records import is_computed, stack
 from cablestudy.control.notch import NotchedLaw
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.system.linear import LinearSystem
@@ -131,7 +131,7 @@ class LoopGain:
     def _by_cables(self, s):
         """Forces of cables on bodies by their displacements and by the winches, Z - Z_b and F_0 - F, (f, d, d + i)."""
         few = len(s) <= SYSTEM.solved_frequencies  # at few frequencies the poles of cables cost more than they spare
-        few &= self.near is None and "_divided" not in self.__dict__
+        few &= self.near is None and not is_computed(self, "_divided")
         summed, others = (None, self._cables) if few else self._divided
         count, winches = self.winch_loads.shape
         forces = summed(s) if summed else np.zeros((len(s), count, count + winches), dtype=complex)
@@ -142,7 +142,7 @@ class LoopGain:
     @property
     def by_equations(self):
         """Itself, or a copy, that solves equations of cables at few frequencies, without sums over their poles."""
-        return self if self.near is None and "_divided" not in self.__dict__ else replace(self, near=None)
+        return self if self.near is None and not is_computed(self, "_divided") else replace(self, near=None)
 
     def find_pole_sums(self):
         """Find the sums over poles of the cables' stiffness, which few frequencies alone would not pay for."""

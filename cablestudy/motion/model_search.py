@@ -62,7 +62,7 @@ def _responses_with(closed_loops, previous):
     smaller model or None. The result has a `GustResponse` for each, None without wind, or the error that says why there
     is none.
     """
-    controlled = [closed_loop for closed_loop in closed_loops.values() if closed_loop.scene.control is not None]
+    controlled = [closed_loop for closed_loop in closed_loops.values() if closed_loop.linear.scene.control is not None]
     stated = [closed_loop for closed_loop in controlled if closed_loop.gain_is_stated]
     Turbulence.space.compute(known(stated, "turbulence").values())
     compute_stability([closed_loop.stability for closed_loop in controlled])

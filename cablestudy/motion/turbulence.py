@@ -9,7 +9,7 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from cablestudy.cable.records import take_rows
+from cablestudy.cable.records import is_computed, take_rows, with_computed
 from cablestudy.control.loop_state_space import ExactResponse
 from cablestudy.control.margins import largest, sensitivity
 from cablestudy.motion.tolerances import MOTION
@@ -78,12 +78,12 @@ class Turbulence:
             motions = {id(one.system): one.plant.motion for one in members}
             loops = list(systems.values()) if members[0].loop else None
             space = StateSpaces.of(list(motions.values()), loops, members[0].plant.actuators)
-            known = [system.__dict__.get("eigen") for system in systems.values()]
-            if all(eigen is not None for eigen in known):
-                space.eigen = known
+            if all(is_computed(system, "eigen") for system in systems.values()):
+                space.eigen = [system.eigen for system in systems.values()]
             for row, (system, eigen) in enumerate(zip(systems.values(), space.eigen, strict=True)):
-                system.__dict__.setdefault("equations", take_rows(space.rows.equations, row))
-                system.__dict__["eigen"] = eigen
+                if not is_computed(system, "equations"):
+                    with_computed(system, equations=take_rows(space.rows.equations, row))
+                with_computed(system, eigen=eigen)
             yield from ((one, (space, rows[id(one.system)])) for one in members)
 
     @property

@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.cable.catenary import Catenary
-from cablestudy.cable.records import take_rows
+from cablestudy.cable.records import is_computed, take_rows, with_computed
 from cablestudy.cable.vectors import row_keys, times
 from cablestudy.statics import block_stiffness, stability, tangent, uncertainty
 from cablestudy.statics.links import Links, joined
@@ -282,9 +282,7 @@ class Equilibrium:
             batch, own = self._origin
             return batch.take(own[index])
         if np.ndim(index):
-            taken = self._taken(index)
-            taken.__dict__["_origin"] = self, np.arange(len(self.position))[index]
-            return taken
+            return with_computed(self._taken(index), _origin=(self, np.arange(len(self.position))[index]))
         case = int(index)
         if case not in self._cases:
             self._cases[case] = self._taken(case)
@@ -305,9 +303,9 @@ class Equilibrium:
             take_rows(self.record, index),
             take_rows(self.links, index),
         )
-        if "blocks" in self.__dict__:
-            taken.__dict__.update(blocks=self.blocks.of(index))
-            taken.__dict__.update({name: getattr(self, name)[index] for name in ("end_forces", "end_stiffness")})
+        if is_computed(self, "blocks"):
+            ends = {name: getattr(self, name)[index] for name in ("end_forces", "end_stiffness")}
+            with_computed(taken, blocks=self.blocks.of(index), **ends)
         return taken
 
     @property

@@ -16,6 +16,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.cable.matrices import dense
+from cablestudy.cable.records import with_computed
 from cablestudy.statics import block_stiffness
 from cablestudy.statics.rigid import cross_matrix, point_movement
 from cablestudy.statics.suspension import GROUND, Equilibrium
@@ -41,11 +42,9 @@ class Layout:
 
     def take(self, index):
         """`Layout` of one case of many, or of some."""
-        taken = Layout(self.equilibrium.take(index))
         body_matrices = tuple(matrix[index] for matrix in self.body_matrices)
         arrays = {name: getattr(self, name)[index] for name in ("_all_connections", "mass", "moment_stiffness")}
-        taken.__dict__.update(arrays, body_matrices=body_matrices)
-        return taken
+        return with_computed(Layout(self.equilibrium.take(index)), body_matrices=body_matrices, **arrays)
 
     @property
     def shape(self):

@@ -26,7 +26,7 @@ from cablestudy.cable.matrices import (
     solved,
     sparse_factors,
 )
-from cablestudy.cable.records import stack, take_rows, with_arrays
+from cablestudy.cable.records import stack, take_rows, with_arrays, with_computed
 from cablestudy.errors import NoSolutionError
 from cablestudy.system.first_order import equations
 from cablestudy.system.reduced import ReducedSystem
@@ -87,9 +87,7 @@ class LinearSystem:
     def take(self, row):
         """`LinearSystem` of one row of many, by its index, or of some."""
         taken = take_rows(self, row)
-        if isinstance(row, int):
-            taken.__dict__["_origin"] = self, row
-        return taken
+        return with_computed(taken, _origin=(self, row)) if isinstance(row, int) else taken
 
     @property
     def signature(self):

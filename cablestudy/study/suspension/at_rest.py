@@ -7,6 +7,7 @@ import numpy as np
 
 from cablestudy.cable.catenary_in_drag import errors_by_parts
 from cablestudy.cable.linear_range import linear_range
+from cablestudy.cable.records import is_computed
 from cablestudy.errors import NoSolutionError
 from cablestudy.statics.rigid import point_movement
 from cablestudy.statics.suspension import GROUND
@@ -112,7 +113,7 @@ class SuspensionAtRest:
     @property
     def solved(self):
         """True if its equilibrium was computed and is stable."""
-        return "group" in self.__dict__
+        return is_computed(self, "group")
 
     @property
     def over_strength(self):

@@ -7,6 +7,7 @@ from math import isnan
 import numpy as np
 
 from cablestudy.cable.damping import any_grows_with_modes
+from cablestudy.cable.records import is_computed
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.motion.model_sizes import MODAL
 from cablestudy.motion.tolerances import MOTION
@@ -84,7 +85,7 @@ class SuspensionCase(SuspensionAtRest, ComparedCase):
     @property
     def moves(self):
         """True if its motion in the wind or under control was computed."""
-        return "analysis" in self.__dict__ and self.analysis.solved
+        return is_computed(self, "analysis") and self.analysis.solved
 
     @property
     def largest_modes(self):
