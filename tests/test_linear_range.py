@@ -16,6 +16,7 @@ from suspension_cases import case_of, value
 from test_seen_motion import probability_of_a_level
 from test_suspension_wind import hung
 
+from cablestudy.cable import catenary
 from cablestudy.cable.linear_range import linear_range
 from cablestudy.cable.span import Span
 from cablestudy.motion import peaks
@@ -32,7 +33,8 @@ def test_a_body_between_two_straight_cables_across_them():
     stiffness = 2 * 1e5 * (20.0 / 19.0 - 1) / 20.0
     expected = brentq(lambda y: restoring(y) / (stiffness * y) - 1.05, 1e-3, 10.0)
     span = Span.between(np.zeros((2, 3)), np.array([[20.0, 0, 0], [-20.0, 0, 0]]), 1e5, 1e-9, 0.0, np.array([19.0, 19]))
-    assert linear_range(span, np.array([[0.0, 0, 1], [0, 0, 1]]))[0] == pytest.approx(expected, rel=1e-6)
+    moves = np.array([[[0.0, 0, 0], [0, 0, 1]]] * 2)
+    assert linear_range(catenary.solve(span), moves)[0] == pytest.approx(expected, rel=1e-6)
     text = one_axis(("x", "y", "z"))
     for side, cable in zip((-20.0, 20.0), text["cables"].values(), strict=True):
         cable |= {"from": [side, 0.0, 0.0], "unstretched_length": 19.0}
@@ -45,7 +47,7 @@ def test_a_body_between_two_straight_cables_across_them():
 
 def test_a_place_that_no_cable_moves_has_no_limit():
     span = Span.between(np.zeros((1, 3)), np.array([[20.0, 0, 0]]), 1e5, 0.1, 9.81, np.array([19.9]))
-    assert linear_range(span, np.zeros((1, 3)))[0] is None
+    assert linear_range(catenary.solve(span), np.zeros((1, 2, 3)))[0] is None
 
 
 @pytest.mark.parametrize(("end", "length"), [((185.8, 0.0), 184.488), ((180.0, 40.0), 184.9)])

@@ -123,6 +123,21 @@ def test_stiffness_and_horizontal_tension_are_those_of_bars(name):
         assert abs(row.values[column] - value) <= (row.errors[column] + 1e-7) * abs(value), column
 
 
+@pytest.mark.parametrize("name", campaign(CABLES, ["along", "little"]))
+def test_the_linear_range_is_that_of_pieces_whose_drag_follows_them(name):
+    """The force at the moved end differs by 5 % from its slope, by differences over a few movements, times distance."""
+    scene = scene_of(name)
+    row, case = solve(scene, "linear_range"), CableCase(scene)
+    reach = row.values["linear_range"] / 1e3
+    steps = reach * np.array([-1, -0.25, -0.125, 0, 0.125, 0.25, 1])
+    back, *near, rest, three, four, forth = (pieces_of(name, case, step)[1][-1, 0] for step in steps)
+    slope = np.dot([1, -8, 8, -1], [*near, three, four]) / (1.5 * reach)
+    shares = (forth - rest) / (slope * reach), (rest - back) / (slope * reach)
+    differs = max(abs(share - 1) for share in shares)
+    assert differs == pytest.approx(0.05, rel=row.errors["linear_range"] + 2e-5)
+    assert row.errors["linear_range"] < 1e-3
+
+
 def deflections_of_bars(name, case):
     """Full and linear deflection of the most moved load, along its force: by two forms, and by bars without loads."""
     loads = {round(share * PIECES): np.array(force, dtype=float) for share, force in CABLES[name][5].items()}

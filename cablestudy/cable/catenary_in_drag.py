@@ -298,18 +298,6 @@ class CatenaryInDrag(SegmentedCable):
         of_stiffness = largest_ratio(self.coarser.end_stiffness - self.end_stiffness, self.end_stiffness)
         return bounded_errors(np.maximum(self.by_parts, of_stiffness) + self.unsettled)
 
-    @property
-    def relative_change(self):
-        """Relative errors of numbers in uniform drag, shape (...). [-]
-
-        The largest change of the tension vector over the tension, or of mid-length over its distance from the chord.
-        """
-        actual, uniform = self._tensions
-        middle, tiny = np.array([0.5]), np.finfo(float).tiny
-        of_tension = (size(actual - uniform) / np.maximum(size(uniform), tiny)).max(axis=-1)
-        of_form = size(self._by_slope(middle)) / np.maximum(size(self.catenary.at(middle)[0]), tiny)
-        return bounded_errors(CABLE.second_order * (np.maximum(of_tension, of_form[..., 0]) + self.unsettled))
-
     # ------------------------------------------------------------------------------------------- at mid-span
 
     @cached_property

@@ -31,6 +31,7 @@ class Pieces:
     width: np.ndarray  # (n, p): a share of the unstretched length; zero for loads that a cable does not have [-]
     points: np.ndarray  # (n, j): shares of the unstretched length [-]
     weights: np.ndarray  # (n, j): they add up to 1 [-]
+    parts: int  # of each smooth piece
 
     @classmethod
     def of(cls, catenary, parts):
@@ -42,7 +43,7 @@ class Pieces:
         begins = np.repeat(edges[:, :-1], parts, axis=-1) + width * np.tile(np.arange(parts), edges.shape[1] - 1)
         points = begins[..., None] + width[..., None] * gauss_nodes()
         of_points = width[..., None] * gauss_weights()
-        return cls(width, points.reshape(len(points), -1), of_points.reshape(len(points), -1))
+        return cls(width, points.reshape(len(points), -1), of_points.reshape(len(points), -1), parts)
 
 
 @dataclass(frozen=True)

@@ -1,70 +1,105 @@
 """Range in which the static restoring force of cables on a point that they hold is linear in the point's movement."""
 
+from dataclasses import dataclass, replace
+
 import numpy as np
 
 from cablestudy.cable import catenary
+from cablestudy.cable.bracketing import zeros_between
+from cablestudy.cable.catenary import Catenary
+from cablestudy.cable.catenary_in_drag import CatenaryInDrag, bounded_errors, in_drag
+from cablestudy.cable.records import with_arrays
 from cablestudy.cable.span import Span
+from cablestudy.cable.steady_drag import SteadyDrag
 from cablestudy.cable.tolerances import CABLE
+from cablestudy.cable.vectors import size
+
+SIGNS = np.array([[1.0], [-1.0]])  # of movements
 
 
-def forces(at_rest, moves, distances):
-    """Restoring force of cables on a point that moves their ends 2: exact by the catenaries, and linear by stiffness.
+@dataclass(frozen=True)
+class MovedCables:
+    """Cables some of whose ends a point holds, and moves.
 
-    For a movement x of the point, end 2 of a cable moves by x m. With the force P that holds end 2 of each cable, and
-    the stiffness K there, the forces are
-
-        exact: sum of m^T (P(x m) - P(0)),    linear: x (sum of m^T K m)
-
-    Parameters
+    Attributes
     ----------
-    at_rest : Catenary
+    at_rest : Catenary or CatenaryInDrag
         The cables at rest, of shape (c,).
-    moves : ndarray, shape (c, 3)
-        m: movement of end 2 relative to end 1 per movement of the point, global axes. [-]
-    distances : ndarray, shape (...)
-        Movements x of the point, of either sign. [m]
-
-    Returns
-    -------
-    force, linear : ndarray, shape (...)
-        Exact and linear force; the exact one is NaN where a cable has no equilibrium. [N]
+    moves : ndarray, shape (c, 2, 3)
+        m: movement of each end per movement of the point, global axes. [-]
+    drag : SteadyDrag or None
+        Of shape (c,), of the wind in which they hang: it follows the displaced cables.
     """
-    span = at_rest.span
-    force_at_rest = -at_rest.end_forces("global")[..., 1, :]
-    chord = span.chord[..., None] * span.frame[..., 0, :]
-    movement = np.asarray(distances)[..., None, None] * moves
-    displaced = catenary.solve(
-        Span.between(
+
+    at_rest: Catenary | CatenaryInDrag
+    moves: np.ndarray
+    drag: SteadyDrag | None
+
+    def displaced(self, distances):
+        """Equilibria where the point has moved by distances of either sign, shape (...) [m]: shape (..., c)."""
+        span = self.at_rest.span
+        movement = np.asarray(distances)[..., None, None, None] * self.moves
+        chord = span.chord[..., None] * span.frame[..., 0, :] + movement[..., 1, :] - movement[..., 0, :]
+        if self.drag is None:
+            return catenary.solve(self._span(chord, span.gravity, np.broadcast_to(span.vertical, chord.shape)))
+        drag = with_arrays(self.drag, lambda array: np.broadcast_to(array, movement.shape[:-3] + array.shape))
+        if drag.profile is not None:
+            drag = replace(drag, end_1=drag.end_1 + movement[..., 0, :])
+        weight = (span.mass * span.gravity)[..., None] * span.vertical + self.drag.uniform(span.frame[..., 0, :])
+        load = weight - drag.uniform(chord / size(chord)[..., None])
+        loaded, most = load.any(axis=-1), np.maximum(size(load), CABLE.tiny)
+        gravity = np.where(loaded, size(load) / np.where(loaded, span.mass, 1.0), span.gravity)
+        uniform = self._span(chord, gravity, np.where(loaded[..., None], load / most[..., None], span.vertical))
+        return in_drag(drag, catenary.solve(uniform), self.at_rest.pieces.parts)
+
+    def _span(self, chord, gravity, vertical):
+        """`Span` of the cables between ends a `chord` apart, their uniform load against `vertical`, shape (..., 3)."""
+        span = self.at_rest.span
+        return Span.between(
             np.zeros(3),
-            chord + movement,
+            chord,
             span.axial_stiffness,
             span.mass,
-            span.gravity,
-            np.broadcast_to(span.unstretched_length, movement.shape[:-1]),
+            gravity,
+            np.broadcast_to(span.unstretched_length, chord.shape[:-1]),
             span.load_positions,
             span.in_frame(span.load_forces, "global"),
-            vertical=np.broadcast_to(span.vertical, movement.shape),
+            vertical=vertical,
         )
-    )
-    change = -displaced.end_forces("global")[..., 1, :] - force_at_rest
-    solved = np.asarray(displaced.record.converged).all(axis=-1)
-    stiffness = (moves * (at_rest.global_end_stiffness @ moves[..., None])[..., 0]).sum()
-    return np.where(solved, (change * moves).sum(axis=(-1, -2)), np.nan), stiffness * np.asarray(distances)
+
+    def force(self, distances):
+        """Restoring force on the point that has moved, shape (...); NaN where no equilibrium of a cable is found. [N]
+
+        With the force P that holds an end of a cable it is the sum of m^T (P(x m) - P(0)).
+        """
+        displaced = self.displaced(distances)
+        change = self.at_rest.end_forces("global") - displaced.end_forces("global")
+        solved = np.asarray(displaced.record.converged) & (True if self.drag is None else displaced.found)
+        solved = solved.all(axis=-1)
+        return np.where(solved, (change * self.moves).sum(axis=(-1, -2, -3)), np.nan)
+
+    @property
+    def stiffness(self):
+        """Restoring force per movement, the uniform load a dead load: sum of m^T K m, of relative movements. [N/m]"""
+        moved = self.moves[:, 1] - self.moves[:, 0]
+        return float((moved * (self.at_rest.global_end_stiffness @ moved[..., None])[..., 0]).sum())
 
 
-def linear_range(span, moves):
+def linear_range(at_rest, moves, drag=None):
     """Shortest movement of a point at which the restoring force of the cables ceases to be linear.
 
     It is not linear where it differs from stiffness times distance by more than the share `CABLE.linear_difference`, or
-    where a cable has no equilibrium. Both signs of the movement are tried.
+    where a cable has no equilibrium. Both signs of the movement are tried. In a steady wind stiffness and force are
+    those of cables whose drag follows them.
 
     Parameters
     ----------
-    span : Span
+    at_rest : Catenary or CatenaryInDrag
         The cables, of shape (c,).
-    moves : ndarray, shape (c, 3)
-        Movement of end 2 of each cable relative to end 1, per movement of the point, global axes; zero for cables that
-        the point does not move. [-]
+    moves : ndarray, shape (c, 2, 3)
+        Movement of each end of each cable per movement of the point, global axes. [-]
+    drag : SteadyDrag, optional
+        Of shape (c,), of the wind in which they hang.
 
     Returns
     -------
@@ -72,35 +107,113 @@ def linear_range(span, moves):
         Size of this movement [m]. None where the force is linear up to `CABLE.largest_movement` of the shortest chord,
         where no cable is moved, and where there is no stiffness, or no equilibrium even at `CABLE.least_movement`.
     error : float
-        Relative error of the movement: by the width of the last interval of the search, and by rounding of the force
-        and of the positions of the ends. [-]
+        Relative error of the movement: by the width of the last interval of the search, by what drag leaves, and by
+        rounding of the force and of the positions of the ends. [-]
     """
-    moving = np.abs(moves).max(axis=-1) > 0
-    if not moving.any():
+    moving = np.flatnonzero((moves[:, 1] != moves[:, 0]).any(axis=-1))
+    if not len(moving):
         return None, 0.0
-    at_rest, moves = catenary.solve(span.take(np.flatnonzero(moving))), moves[moving]
-    chord = float(at_rest.span.chord.min())
-    shortest, longest = CABLE.least_movement * chord, CABLE.largest_movement * chord
-    distances = np.geomspace(shortest, longest, 2 * CABLE.movements_at_once) * [[1.0], [-1.0]]
-    limits = []
-    for _ in range(CABLE.movement_divisions):
-        intervals = []  # for each sign the distances that divide the interval in which the force ceases to be linear
-        for movements, force, linear in zip(distances, *forces(at_rest, moves, distances), strict=True):
-            index = _first_nonlinear(force, linear)
-            if index:
-                intervals.append(np.linspace(movements[index - 1], movements[index], CABLE.movements_at_once))
-            elif index == 0:
-                limits.append(abs(movements[0]))
-        distances = np.array(intervals)
-        if not intervals:
-            break
-    limits += [abs(movements[0]) for movements in distances]
-    if not limits:
+    blown = drag is not None and drag.normal_drag[moving].any()
+    cables = MovedCables(at_rest.take(moving), moves[moving], drag.take(moving) if blown else None)
+    at_rest = cables.at_rest
+    chord, least = at_rest.span.chord, CABLE.movement_rounding
+    stiffness, error, found = (_in_wind if blown else _without_wind)(cables, chord.min())
+    if not found:
         return None, 0.0
-    _, linear = forces(at_rest, moves, movement := float(min(limits)))
-    by_force = float(at_rest.max_tension.sum()) / abs(float(linear)) / CABLE.linear_difference
-    by_ends = float(at_rest.span.chord.max()) / movement
-    return movement, CABLE.last_interval + CABLE.movement_rounding * (by_force + by_ends)
+    movement = float(min(found))
+    if blown:
+        about = movement * SIGNS * (1 + CABLE.beyond_limit * SIGNS[:, 0])
+        least = least + cables.displaced(about).least_errors.max(axis=(0, 1))
+    by_force = float((at_rest.max_tension * least).sum()) / abs(stiffness * movement)
+    by_ends = float(chord.max()) / movement * CABLE.movement_rounding
+    error = CABLE.last_interval + (by_force + error) / CABLE.linear_difference + by_ends
+    return movement, float(bounded_errors(error))
+
+
+def _without_wind(cables, chord):
+    """Stiffness [N/m], its relative error and the limits (`_limits`) of cables of which the shortest has a chord."""
+    movements = np.geomspace(CABLE.least_movement, CABLE.largest_movement, 2 * CABLE.movements_at_once) * chord
+    stiffness = cables.stiffness
+    return stiffness, 0.0, _limits(cables, stiffness, 0.0, movements, cables.force(SIGNS * movements))
+
+
+def _in_wind(cables, chord):
+    """Stiffness, error and limits as of `_without_wind`, of cables whose drag follows them.
+
+    The search begins about the range in which they are linear in uniform drag, a dead load.
+    """
+    longest = CABLE.largest_movement * chord
+    in_dead_drag = linear_range(cables.at_rest.catenary, cables.moves)[0] or longest
+    near, far = (min(factor * in_dead_drag, longest) for factor in CABLE.near_range)
+    movements = np.geomspace(near, far, CABLE.movements_at_once)
+    force = cables.force(SIGNS * movements)
+    stiffness, error, resolved = _stiffness_by_differences(movements, force)
+    found = _limits(cables, stiffness, error, movements[resolved:], force[:, resolved:])
+    if not found and far < longest:
+        movements = np.geomspace(far, longest, CABLE.movements_at_once)
+        found = _limits(cables, stiffness, error, movements, cables.force(SIGNS * movements))
+    return stiffness, error, found
+
+
+def _limits(cables, stiffness, error, movements, force):
+    """Sizes of the movements of each sign at which a force first ceases to be linear, where it does: list. [m]
+
+    Parameters
+    ----------
+    cables : MovedCables
+    stiffness, error : float
+        [N/m], and its relative error.
+    movements : ndarray, shape (k,)
+        Positive, ascending. [m]
+    force : ndarray, shape (2, k)
+        At them and at their negatives. [N]
+    """
+
+    def beyond(movement, sign):
+        """How much further from linear a force is than `CABLE.linear_difference`; 1 where there is no equilibrium."""
+        signed = SIGNS[sign, 0] * movement
+        return np.nan_to_num(np.abs(cables.force(signed) / (stiffness * signed) - 1) - CABLE.linear_difference, nan=1.0)
+
+    firsts = [_first_nonlinear(force[sign], stiffness * SIGNS[sign] * movements) for sign in range(2)]
+    signs = np.array([sign for sign in range(2) if firsts[sign]], dtype=int)
+    found = [float(movements[0]) for first in firsts if first == 0]
+    if len(signs):
+        ends = np.array([firsts[sign] for sign in signs])
+        intervals = movements[ends - 1], movements[ends]
+        found += zeros_between(beyond, *intervals, signs, rtol=CABLE.last_interval + error).tolist()
+    return found
+
+
+def _stiffness_by_differences(movements, forces):
+    """Slope of a force at rest by its differences over movements of a geometric series, shape (k,). [N/m]
+
+    Each of those over +-x is combined with that over some larger movements, so that an error of x^2 is gone. Over the
+    least movements rounding counts, over the largest what is left: the best one is that about which they change least.
+
+    Parameters
+    ----------
+    movements : ndarray, shape (k,)
+        Positive, ascending. [m]
+    forces : ndarray, shape (2, k)
+        At them and at their negatives. [N]
+
+    Returns
+    -------
+    stiffness, error : float
+        [N/m], and relative
+    place : int
+        Index of the movement whose difference this is.
+    """
+    slopes, apart = (forces[0] - forces[1]) / (2 * movements), CABLE.movements_apart
+    ratio = (movements[apart] / movements[0]) ** 2
+    slopes = (ratio * slopes[:-apart] - slopes[apart:]) / (ratio - 1)
+    changes = np.lib.stride_tricks.sliding_window_view(np.abs(np.diff(slopes)), 2 * CABLE.neighbours).sum(axis=-1)
+    if np.isnan(changes).all():
+        return 0.0, 0.0, 0
+    best = int(np.nanargmin(changes))
+    place = best + CABLE.neighbours
+    stiffness = float(slopes[place])
+    return stiffness, float(changes[best]) / max(abs(stiffness), CABLE.tiny), place
 
 
 def _first_nonlinear(force, linear):

@@ -76,9 +76,16 @@ class CableTolerances:
     linear_difference: float = 0.05  # relative difference of the restoring force from its linear part
     least_movement: float = 1e-7  # least movement that is looked at, over the shortest chord,
     largest_movement: float = 0.9  # and the largest one
-    movements_at_once: int = 40  # movements in an interval, twice as many in the first one
-    movement_divisions: int = 8  # times that the interval in which the force ceases to be linear is divided again
-    last_interval: float = 2e-12  # length of the last of them, over the movement
+    # movements that are looked at first in drag that follows the cables; without, twice as many
+    movements_at_once: int = 40
+    # the least and the largest of them, over the range in drag that is a dead load
+    near_range: tuple = (2.0**-8, 4.0)
+    # places between two differences over movements that are combined: one movement is twice the other
+    movements_apart: int = 4
+    neighbours: int = 3  # slopes to either side of one; the sum of the changes between them is its error
+    # of the movement: what is found as near to it counts for its error, also that beyond it nothing is found
+    beyond_limit: float = 1e-6
+    last_interval: float = 2e-12  # where the force ceases to be linear, over the movement
     movement_rounding: float = 4e-14  # of a change of force over the tension, and of moved ends over the chord
     midspan_steps: int = 80  # bisection alone needs 53
     newton_steps: int = 60  # corrections of a catenary

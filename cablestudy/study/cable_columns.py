@@ -204,9 +204,11 @@ def _linear_range(case):
     """
     from cablestudy.cable.linear_range import linear_range
 
-    displacement, error = linear_range(case.results.span.take([case.index]), np.array([[1.0, 0.0, 0.0]]))
-    if case.coarser is not None:  # the displaced cables hang in uniform drag
-        error += float(case.continuous.relative_change)
+    results, index, moves = case.results, np.array([case.index]), np.eye(2, 3, -1)[None]  # of end 2, along x
+    displacement, error = linear_range(results.form.take(index), moves, results.drag.take(index))
+    if case.coarser is not None and displacement is not None:
+        coarser = _linear_range(case.coarser)[0]
+        error = max(error, float(errors_by_parts(1e3 * displacement, coarser or 0.0, 0.0)))
     error = error + case.statics_error if case.exact_statics else None
     return None if displacement is None else 1e3 * displacement, error
 

@@ -215,13 +215,8 @@ class SuspensionAtRest:
         None where there is no such limit; and its relative error, see `cable.linear_range`.
         """
         suspension = self.equilibrium.suspension
-        ends = (suspension.owner[suspension.of_cables] == self.body(name)).astype(float)
-        moves = (ends[:, 1] - ends[:, 0])[:, None] * np.eye(3)[axis]
-        range_and_error = linear_range(self.equilibrium.catenary.span, moves)
-        if self.coarser is None:
-            return range_and_error
-        # the displaced cables hang in uniform drag
-        return range_and_error[0], range_and_error[1] + float(self.form.relative_change.max())
+        ends = suspension.owner[suspension.of_cables] == self.body(name)
+        return linear_range(self.form, ends[..., None] * np.eye(3)[axis], self.group.steady_drag(self.index))
 
     def static_frequencies(self, name):
         """Estimate the frequencies of one body on its static stiffness, other bodies at rest: ndarray, shape (f,). [Hz]
