@@ -143,6 +143,14 @@ def test_in_the_steady_wind_of_a_load_case_drag_turns_with_what_moves_and_a_dead
     check((bars.M, bars.C - not_damped, bars.K), text, 1e-5, bars.dead)
 
 
+def test_a_steady_wind_of_no_speed_turns_nothing():
+    names = "gondola.damping_ratio_x", "gondola.rms"
+    text = scene("viscous", {"elements": BARS}, on="both", mean=False)
+    calm = text | {"cases": {"calm": {"wind": {"speed": 0.0}}}, "case": "calm"}
+    found, expected = solve(calm, *names).values, solve(text, *names).values
+    assert found == pytest.approx(expected, rel=1e-9)
+
+
 @pytest.mark.crossed
 @pytest.mark.parametrize("law", ["kelvin_voigt", "hysteretic", "viscous"])
 @pytest.mark.parametrize("wind", [{}, {"on": "both"}])

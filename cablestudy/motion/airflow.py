@@ -98,7 +98,8 @@ class Airflow:
     direction_name = ""
 
     def __init__(self, scene, drag, mean_drag=None):
-        self.scene, self.drag, self.mean_drag = scene, drag, mean_drag
+        self.scene, self.drag = scene, drag
+        self.mean_drag = mean_drag if mean_drag is not None and mean_drag.velocity.any() else None  # a calm has none
 
     @property
     def on_cables(self):
