@@ -56,8 +56,8 @@ def eigen_of_closed_loop(a, at_rest, motion, control):
     left = np.concatenate([-driven_modes @ left_of_others, left_of_others])
     left[:count, :count] += by_modes
     found = Eigen(np.concatenate([s, others.values]), right, left, one_sided=True)
-    residual = np.abs(a @ right - right * found.values).max(axis=0)
-    rounding = SYSTEM.closed_pole_residual * np.abs(a).max() * np.abs(right).max(axis=0)
+    residual = _largest(a @ right - right * found.values)
+    rounding = SYSTEM.closed_pole_residual * _largest(a).max() * _largest(right)
     return found if (residual <= rounding).all() and independent_vectors(right[None], left[None]).all() else None
 
 
@@ -119,6 +119,11 @@ class _Modes:
         filtered = [np.ones(len(s)) if notch is None else notch(s) for notch in control.notches]
         by_error = -control.gain * _response(control.law_space, s) / s
         return by_error[:, None, None] * control.allocation.rates * np.stack(filtered, axis=-1)[:, None]
+
+
+def _largest(matrix):
+    """Largest size in each column of a complex matrix: several times faster than by `abs`."""
+    return np.sqrt((matrix.real**2 + matrix.imag**2).max(axis=0))
 
 
 def _polynomial(coefficients, s):
