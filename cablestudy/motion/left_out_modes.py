@@ -172,7 +172,7 @@ class LeftOutModes:
 
     def __init__(self, closed_loop):
         self._closed_loop, self._plant, self._turbulence = closed_loop, closed_loop.plant, closed_loop.turbulence
-        self._loop = self._turbulence.loop
+        self._loop, self._known_changes = self._turbulence.loop, {}
 
     def of_movements(self, weights, variances, others, least):
         """Errors of the variances of movements of bodies and markers, shape (w, o); 0 of other outputs.
@@ -295,6 +295,13 @@ class LeftOutModes:
         return bool((bound > spectra.least_changes(variances, least)).any())
 
     def _changes(self, spectra, weights, variances, others, least):
+        """`_new_changes`, once for all exposures and mirrors, of which the variances of displacements are the same."""
+        key = spectra, *weights.values(), variances.tobytes(), others.tobytes(), least
+        if key not in self._known_changes:
+            self._known_changes[key] = self._new_changes(spectra, weights, variances, others, least)
+        return self._known_changes[key]
+
+    def _new_changes(self, spectra, weights, variances, others, least):
         """Estimate by how much the modes that the model leaves out change the variances of r outputs, shape (w, r).
 
         The estimate is |integral of weight (S_all - S_model)| over frequency, times `MOTION.left_out_safety`: S are the
