@@ -4,7 +4,13 @@ from cables import HERE, changed, least, paper, verdict
 from others import columns, relative
 
 ROWS = 100
-DAMPED = (("hysteretic", "loss_factor", 0.02), ("kelvin_voigt", "time", 0.005))  # law, its key [-] or [s], value
+# law; its key [-] or [s], and value; rows a second to reach. The modal damping is that of the paper, with its 40 bars
+DAMPED = (
+    ("hysteretic", {"loss_factor": 0.02}, 300),
+    ("kelvin_voigt", {"time": 0.001}, 400),
+    ("kelvin_voigt", {"time": 0.005}, 400),
+    ("modal", {}, 1000),
+)
 EIGHT = [f"{plane}_frequency_{k}" for plane in ("inplane", "outofplane") for k in range(1, 5)]
 ACCURACIES = {1e-6: 0.5, 1e-10: 2.0}  # and the aim, in times of 40 bars
 
@@ -33,7 +39,7 @@ def wind_rows():
 
 
 def damped_rows():
-    """Lines: rows of loop and wind with damped strain, to an accuracy, no two of one cable."""
+    """Lines: rows of loop and wind with damped strain, to an accuracy, and with modal damping; no two of one cable."""
     import os
 
     from cablestudy.scene.study import read_study
@@ -44,14 +50,16 @@ def damped_rows():
     base = next(scene for _, scene in study.cases())
     controller = base.winch.controller.model_copy(update={"gain": 0.01})
     base = base.model_copy(update={"winch": base.winch.model_copy(update={"controller": controller})})
-    yield "| a row of loop and wind, accuracy 1e-4 | rows/s | aim |"
+    yield "| a row of loop and wind | rows/s | aim |"
     yield "|---|---:|---|"
-    for law, name, amount in DAMPED:
-        damping = base.cable.damping.model_copy(update={"ratio": None, "model": law, name: amount})
-        diameters = [1.5e-3 + 4.5e-3 * k / (ROWS - 1) for k in range(ROWS)]
-        rows = [changed(base, 1e-4, diameter=diameter, damping=damping) for diameter in diameters]
-        rate = ROWS / least(lambda rows=rows: evaluate_cases(rows, wanted), 2)
-        yield f"| {law}, sweep of {ROWS} diameters | {rate:.0f} | at least 200: {verdict(rate >= 200)} |"
+    diameters = [1.5e-3 + 4.5e-3 * k / (ROWS - 1) for k in range(ROWS)]
+    for law, amount, aim in DAMPED:
+        damping = base.cable.damping.model_copy(update={"ratio": None, "model": law, **amount} if amount else {})
+        changes = {"accuracy": 1e-4, "damping": damping} if amount else {}
+        rows = [changed(base, diameter=diameter, **changes) for diameter in diameters]
+        rate = ROWS / least(lambda rows=rows: evaluate_cases(rows, wanted), 3)
+        words = ", ".join([law, *(f"{key} {value:g}" for key, value in amount.items())])
+        yield f"| {words}, sweep of {ROWS} diameters | {rate:.0f} | at least {aim}: {verdict(rate >= aim)} |"
 
 
 def accuracy_rows():
@@ -104,7 +112,10 @@ def section():
     yield ""
     yield from wind_rows()
     yield ""
-    yield "With the damping that docs/physics.md recommends, a gain of 0.01 rad/s, diameters from 1.5 to 6 mm:"
+    yield (
+        "Five columns (preload, frequency, damping ratio and RMS of the gondola, gain margin) at a gain of 0.01 rad/s, "
+        "diameters from 1.5 to 6 mm; damped strain to an accuracy of 1e-4, modal damping with 40 bars:"
+    )
     yield ""
     yield from damped_rows()
     yield ""

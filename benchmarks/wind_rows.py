@@ -4,7 +4,8 @@ import os
 
 from cables import HERE, median, seconds, verdict
 
-ROUNDS, AIM_ALONE, AIM_ROW = 5, 150.0, 40.0  # rounds; CPU time [ms]
+ROUNDS, AIM_ALONE = 5, 150.0  # rounds; CPU time [ms]
+AIMS = {"control.gain": 15.0, "exposure": 15.0, "wind.speed": 40.0, "cable.diameter": 40.0}  # of a row of a sweep [ms]
 FREQUENCIES = 1500  # at which the same model is solved directly
 STUDIES = {  # what varies in a sweep, and its values
     "control.gain": [f"{gain:g} rad/s" for gain in (0.05, 0.1, 0.2, 0.325, 0.5, 0.7, 1, 1.4, 2, 3, 4, 5)],
@@ -66,16 +67,16 @@ def in_wind():
     apart = np.abs(direct(closed_loop)[places] / own - 1).max()
     alone = median([seconds(lambda: evaluate_suspensions([one], wanted)) for _ in range(ROUNDS)])
     solved = median([seconds(lambda: direct(closed_loop)) for _ in range(ROUNDS)])
-    aims = f"at most {AIM_ALONE:g} ms alone, {AIM_ROW:g} ms in a sweep"
-    yield f"| what | ms a row | over a row alone | aim: {aims} |"
+    yield "| what | ms a row | over a row alone | aim |"
     yield "|---|---:|---:|---|"
-    yield f"| one row alone, {len(wanted)} columns | {1e3 * alone:.0f} | 1.0 | {verdict(1e3 * alone <= AIM_ALONE)} |"
+    met = f"at most {AIM_ALONE:g}: {verdict(1e3 * alone <= AIM_ALONE)}"
+    yield f"| one row alone, {len(wanted)} columns | {1e3 * alone:.0f} | 1.0 | {met} |"
     for key, values in STUDIES.items():
         scenes = [scene(f"{key}={value}") for value in values]
         spent = median([seconds(lambda scenes=scenes: evaluate_suspensions(scenes, wanted)) for _ in range(ROUNDS)])
         row = spent / len(scenes)
-        aim = verdict(1e3 * row <= AIM_ROW)
-        yield f"| sweep of {len(scenes)} over {key} | {1e3 * row:.0f} | {row / alone:.2f} | {aim} |"
+        met = f"at most {AIMS[key]:g}: {verdict(1e3 * row <= AIMS[key])}"
+        yield f"| sweep of {len(scenes)} over {key} | {1e3 * row:.0f} | {row / alone:.2f} | {met} |"
     yield (
         f"| {FREQUENCIES} frequencies of its model solved one by one | {1e3 * solved:.0f} | {solved / alone:.1f} | "
         f"RMS of the gondola differ by {apart:.0e} |"
