@@ -86,6 +86,20 @@ def test_waves_along_the_cable_above_the_modes_are_in_the_stated_error(mass, fac
         assert error < 3e-3
 
 
+@pytest.mark.parametrize(("mass", "looked_for"), [(2e2, True), (2e3, False)])
+def test_waves_are_not_looked_for_where_they_hardly_move_a_heavy_body(mass, looked_for):
+    """The cable has 20 kg; the bound of its effect is above that of the first wave along it, which alone resonates."""
+    analysis = CableCase(scene(mass, 0.0, 1e-4)).analysis
+    for name, expected in zip(("value", "rate"), truth(mass, 0.0), strict=False):
+        value, error = analysis.rms(["gondola.x"], name, open_loop=False)
+        assert abs(value - expected) <= error * expected
+    all_modes = analysis.closed_loop.plant.all_modes
+    assert ("loop_gain" in vars(all_modes)) == looked_for
+    share = 2 * LINE * LENGTH / np.pi**2 / (mass + LINE * LENGTH / 3)  # of the wave in the mass
+    ratio = np.pi / LENGTH * np.sqrt(EA / LINE) * TIME / 2  # its damping ratio
+    assert 10 * np.pi / 8 * share**2 / ratio < all_modes.change_at_most < 200
+
+
 def test_waves_along_three_bridles_above_the_modes_are_in_the_stated_error():
     """A telescope on nine cables: 100 modes up to 5.1 Hz, which show a third of what they leave out, against 200."""
     scene = load_scene(CONFIGS / "suspensions" / "carlina-balloon-wind.yaml")[1]

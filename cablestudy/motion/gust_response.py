@@ -32,6 +32,8 @@ class Variances:
         "value", "rate" (of the derivative) and names of `image_weights` -> variances, shape (o,).
     errors_by_model : dict
         Estimated errors by interpolation and by the model, by the same names, shape (o,).
+    left_out : callable
+        Function of one of these names -> errors by modes that all models leave out, shape (o,).
     rates_beyond : callable, optional
         Function without arguments -> errors of "rate" by what is above the integrals, shape (o,).
     errors_by_waves : callable, optional
@@ -41,12 +43,13 @@ class Variances:
     rows: dict
     weighted: dict
     errors_by_model: dict
+    left_out: Callable
     rates_beyond: Callable | None = None
     errors_by_waves: Callable | None = None
 
     def errors(self, name, tensions=True):
         """Estimated errors of the variances `name` of `weighted`, shape (o,); by waves too if for `tensions`."""
-        errors = self.errors_by_model[name]
+        errors = self.errors_by_model[name] + self.left_out(name)
         if name == "rate":
             errors = errors + self._rates_beyond
         return errors + self._errors_by_waves[name] if tensions and self.errors_by_waves else errors
@@ -83,10 +86,16 @@ class GustResponse:
         model.
     least : float
         Least relative error that is stated for an RMS. [-]
+
+    Attributes
+    ----------
+    together : list of GustResponse
+        Of many rows, whose errors by modes left out are computed in few calls.
     """
 
     def __init__(self, closed_loop, scene, before=None, least=0.0):
         self.closed_loop, self.scene, self._before, self._least = closed_loop, scene, before, least
+        self.together = [self]
 
     @cached_property
     def names(self):
@@ -179,24 +188,46 @@ class GustResponse:
         -------
         ModelVariances
             The error due to modes is the smaller one of the share of the highest modes and of the change from the model
-            `before`, plus the change due to modes that all of these leave out (`LeftOutModes`).
+            `before`; without that due to modes that all of these leave out, see `left_out`.
         """
         variances = self._variances_of(self.turbulence, weights)
-        value, by_modes = variances.value, variances.by_modes
-        if self._before is not None:
-            change = np.abs(value - self._variances_of(self._before.turbulence, weights).value)
-            by_modes = np.minimum(by_modes, MOTION.change_safety * change)
-        left_out = self._left_out.of_movements(weights or OWN, value, by_modes, self._least)
-        return replace(variances, by_modes=by_modes + left_out)
+        if self._before is None:
+            return variances
+        change = np.abs(variances.value - self._variances_of(self._before.turbulence, weights).value)
+        return replace(variances, by_modes=np.minimum(variances.by_modes, MOTION.change_safety * change))
+
+    @cached_property
+    def own_variances(self):
+        """`_variances` of displacements and rates."""
+        return self._variances()
 
     @computed_together
-    def own_variances(responses):
-        """`_variances` of displacements and rates."""
+    def left_out_at_most(responses):
+        """Upper bound of `left_out`, shape (2, o), zero of values or rates where no change of these matters."""
         Turbulence.all_residues.compute([one._left_out.turbulence for one in responses if np.isfinite(one._least)])
-        needs = (one._left_out.needs_bodies_at_rest(one.turbulence.variances.value, one._least) for one in responses)
-        plants = [one.closed_loop.plant for one, need in zip(responses, needs, strict=True) if need]
-        BodiesOnAllModes.loop_gain.compute([plant.all_modes for plant in plants])
-        return ((one, one._variances()) for one in responses)
+        return ((one, one._left_out.at_most(OWN, one.own_variances.value, one._least)) for one in responses)
+
+    @computed_together
+    def left_out(responses):
+        """Errors of `own_variances` by modes that all models leave out, shape (2, o), see `LeftOutModes`."""
+        GustResponse.left_out_at_most.compute(responses)
+        needed = [one for one in responses if one._left_out.needs_bodies_at_rest and one.left_out_at_most.any()]
+        BodiesOnAllModes.loop_gain.compute([one.closed_loop.plant.all_modes for one in needed])
+        return ((one, one._left_out_by(OWN, one.own_variances)) for one in responses)
+
+    @cached_property
+    def _left_out_of_images(self):
+        """Errors of `_image_variances`, as `left_out`."""
+        return self._left_out_by(self._image_weights, self._image_variances)
+
+    def _left_out_by(self, weights, variances):
+        """Errors of some variances with weights by modes that all models leave out, shape (w, o)."""
+        return self._left_out.of_movements(weights, variances.value, variances.by_modes, self._least)
+
+    def _left_out_of_own(self, name):
+        """`left_out` of "value" or "rate", shape (o,), which is not computed where the bound says that none matters."""
+        kind = list(OWN).index(name)
+        return self.left_out[kind] if self.left_out_at_most[kind].any() else self.left_out_at_most[kind]
 
     @property
     def _left_out(self):
@@ -216,6 +247,19 @@ class GustResponse:
         for mid-spans of cables that of displacements only. Free points count if the plant has static responses to loads
         on them (`Plant.points`), or if no body is free. Rotations do not count: they state the error that they reach.
         """
+        of_images = self._left_out_of_images if self._image_weights else self.left_out[:0]
+        return self._truncation(np.concatenate([self.left_out, of_images]))
+
+    @cached_property
+    def truncation_at_most(self):
+        """Upper bound of `truncation_error` that takes little time. [-]"""
+        of_images = self.left_out_at_most[:0]
+        if self._image_weights:
+            of_images = self._left_out.at_most(self._image_weights, self._image_variances.value, self._least)
+        return self._truncation(np.concatenate([self.left_out_at_most, of_images]))
+
+    def _truncation(self, left_out):
+        """`truncation_error` by errors due to modes that all models leave out, (w, o): of values, rates, images."""
         suspension, plant = self.closed_loop.equilibrium.suspension, self.closed_loop.plant
         points_count = plant.points or not suspension.free[: suspension.bodies].any()
         passed_over = () if points_count else self.scene.points
@@ -229,6 +273,7 @@ class GustResponse:
         if self._image_weights:
             value = np.concatenate([value, self._image_variances.value])
             by_modes = np.concatenate([by_modes, self._image_variances.by_modes])
+        by_modes = by_modes + left_out
         for group in set(groups.tolist()):
             rows = np.array(displacements)[groups == group]
             kinds = 1 if ".midspan." in self.names[rows[0]] else len(value)  # no column has velocities of mid-spans
@@ -257,7 +302,7 @@ class GustResponse:
         return self._variances(self._image_weights)
 
     def _with_errors(self, weights, variances):
-        """`Variances` with all errors, of some `ModelVariances`; 0 where no more than rounding is left."""
+        """`Variances`, of some `ModelVariances`; 0 where no more than rounding is left."""
         value, by_modes = variances.value, variances.by_modes
         if not np.isfinite(value).all():
             raise NoSolutionError("a variance of the motion in the wind is not a number")
@@ -271,9 +316,10 @@ class GustResponse:
         values, errors = dict(zip(weights, value, strict=True)), dict(zip(weights, error, strict=True))
         rows = {name: row for row, name in enumerate(self.names)}
         if weights is not OWN:  # a telescope sees no tension
-            return Variances(rows, values, errors)
+            left_out = dict(zip(weights, self._left_out_of_images, strict=True))
+            return Variances(rows, values, errors, left_out.get)
         by_waves = partial(self._tension_errors_by_waves, value, by_modes)
-        return Variances(rows, values, errors, self._rates_beyond, by_waves)
+        return Variances(rows, values, errors, self._left_out_of_own, self._rates_beyond, by_waves)
 
     def _rates_beyond(self):
         """Variances of rates above the highest frequency of the integrals at most, shape (o,).

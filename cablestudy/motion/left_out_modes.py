@@ -64,6 +64,26 @@ class BodiesOnAllModes:
         kept = self._plant.in_air(self._models, self._models.with_modes(chosen))
         return [of_cable.element for of_cable in kept]
 
+    @cached_property
+    def change_at_most(self):
+        """Change of the integral of a spectrum above the modes of the plant, at most, over that integral. [-]
+
+        It is `MOTION.left_out_change_at_most`, but of one free displacement, of the mass M, it follows from the modes.
+        One of a cable between fixed ends, with the coupling c and the damping ratio zeta, adds r = c^2/M to this mass
+        below its frequency and takes it off above: by that it changes the spectrum by about r, and by its resonance by
+        pi/8 r^2/zeta. Modes may coincide: r is added up, and so is r/zeta.
+        """
+        if len(self._plant.bodies) != 1 or len(self._plant.layout.free) != 1:
+            return MOTION.left_out_change_at_most
+        shares, peaks = 0.0, 0.0
+        for element, by_bodies in zip(self._models.elements, self._end_movements, strict=True):
+            share = (element.coupling @ by_bodies)[:, 0] ** 2 / dense(self._plant.modes.model.reduced.inertia)[0, 0]
+            above = element.omega > MOTION.left_out_from * self.highest
+            ratio = np.maximum(element.decay / element.omega, MOTION.undamped_motion)
+            shares, peaks = shares + share.sum(), peaks + (share / ratio)[above].sum()
+        by_shares, by_peaks = MOTION.left_out_change_of_one
+        return float(shares * (by_shares + by_peaks * peaks))
+
     @computed_together
     def loop_gain(bodies):
         """`LoopGain` without a loop, whose receptance is R; None where rounding spoils the response of a cable."""
@@ -117,7 +137,7 @@ class BodiesOnAllModes:
         `at_rest` is the `Turbulence` with the winches at rest.
         """
         rows, of_bodies = self._plant.movements
-        return _Spectra(at_rest, rows, lambda s: of_bodies @ self.receptance(s))
+        return _Spectra(at_rest, rows, lambda s: of_bodies @ self.receptance(s), change_at_most=self.change_at_most)
 
     def tensions(self, at_rest):
         """`_Spectra` of the tensions of cables, winches at rest: also of loops that only integrate; as `movements`."""
@@ -281,18 +301,23 @@ class LeftOutModes:
         loop_gain = self._closed_loop.stability.judged_by.loop_gain
         return loop_gain if isinstance(loop_gain, LoopGain) else None
 
-    def needs_bodies_at_rest(self, variances, least):
-        """True if errors of variances of movements and rates, shape (2, o), need `BodiesOnAllModes.loop_gain`."""
-        rows = self._plant.movements[0]
-        if self._counts_loop or not (len(rows) and np.isfinite(least)):
-            return False
-        return self._may_change(self._movements, OWN, variances[:, rows], least)
+    def at_most(self, weights, variances, least):
+        """Upper bound of `of_movements` that takes little time, shape (w, o); zero of weights by which none matters."""
+        rows, bound = self._plant.movements[0], np.zeros(variances.shape)
+        if len(rows) and np.isfinite(least):
+            bound[:, rows] = self._at_most(self._movements, weights, variances[:, rows], least)
+        return bound
+
+    @property
+    def needs_bodies_at_rest(self):
+        """True if errors of variances of movements follow from `BodiesOnAllModes.loop_gain`."""
+        return not self._counts_loop
 
     @staticmethod
-    def _may_change(spectra, weights, variances, least):
-        """True if the variances of the r outputs of `_Spectra`, shape (w, r), may change by more than is stated."""
-        bound = MOTION.left_out_change_at_most * _integrals(spectra.coarse, spectra.of_model, weights)
-        return bool((bound > spectra.least_changes(variances, least)).any())
+    def _at_most(spectra, weights, variances, least):
+        """Upper bound of the changes of the variances of the r outputs of `_Spectra`, shape (w, r); see `at_most`."""
+        bound = spectra.change_at_most * _integrals(spectra.coarse, spectra.of_model, weights)
+        return bound * (bound > spectra.least_changes(variances, least)).any(axis=1, keepdims=True)
 
     def _changes(self, spectra, weights, variances, others, least):
         """`_new_changes`, once for all exposures and mirrors, of which the variances of displacements are the same."""
@@ -312,7 +337,7 @@ class LeftOutModes:
         r), are those by the model, and their errors due to other causes: a change that is small compared with these
         need not be exact. `least` is the least relative change of an RMS that matters.
         """
-        if not self._may_change(spectra, weights, variances, least) or self.unknown:
+        if not self._at_most(spectra, weights, variances, least).any() or self.unknown:
             return np.zeros(variances.shape)
         smallest = np.maximum(spectra.least_changes(variances, least), others)
 
@@ -353,6 +378,8 @@ class _Spectra:
         s, shape (f,) -> response to forces on the d free displacements, by all modes, shape (f, r, d).
     of_each_cable : bool
         True if resonances of each cable are looked at, not only those that add most to the motion of bodies.
+    change_at_most : float
+        See `BodiesOnAllModes.change_at_most`. [-]
 
     Attributes
     ----------
@@ -360,9 +387,11 @@ class _Spectra:
         Frequencies, ascending, at which the response of the model shows how it falls. [rad/s]
     """
 
-    def __init__(self, turbulence, rows, by_all_modes, of_each_cable=False):
+    def __init__(
+        self, turbulence, rows, by_all_modes, of_each_cable=False, change_at_most=MOTION.left_out_change_at_most
+    ):
         self.plant, self._turbulence, self._by_all_modes = turbulence.plant, turbulence, by_all_modes
-        self._rows, self._of_each = rows, of_each_cable
+        self._rows, self._of_each, self.change_at_most = rows, of_each_cable, change_at_most
         low, high = MOTION.left_out_from * self.plant.all_modes.highest, 2 * np.pi * turbulence.range[1]
         self.coarse = np.geomspace(low, max(high, low), MOTION.left_out_points)
 

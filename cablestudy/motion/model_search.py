@@ -41,6 +41,8 @@ def search_models(analyses):
         response_outcomes = _responses_with(closed_loops, responses)
         responses = without_errors(response_outcomes)
         found |= loop_outcomes | response_outcomes
+        in_wind = ((analysis, response) for analysis, response in responses.items() if response is not None)
+        GustResponse.left_out.compute([one for analysis, one in in_wind if not analysis.sizes.surely_suffice(one)])
         larger = {}
         for analysis, response in responses.items():
             closed_loop, sizes = closed_loops[analysis], pending[analysis]
@@ -51,8 +53,12 @@ def search_models(analyses):
             else:
                 larger[analysis] = sizes
         if not larger:
-            return found
+            break
         pending = larger
+    final = [response for _, response in without_errors(found).values() if response is not None]
+    for response in final:
+        response.together = final
+    return found
 
 
 def _responses_with(closed_loops, previous):
@@ -73,7 +79,7 @@ def _responses_with(closed_loops, previous):
     in_wind = [response for response in without_errors(responses).values() if response is not None]
     Plant.stiffness_of_outputs.compute([response.closed_loop.plant.linear for response in in_wind])
     Turbulence.all_variances.compute([response.turbulence for response in in_wind])
-    GustResponse.own_variances.compute(in_wind)
+    GustResponse.left_out_at_most.compute(in_wind)
     return responses
 
 

@@ -110,7 +110,14 @@ class ModelSizes:
 
         They are as accurate as the modes left out and the quadrature allow; what the quadrature lacks no mode adds.
         """
+        return self.surely_suffice(response) or response.truncation_error <= self._allowed_truncation(response)
+
+    def surely_suffice(self, response):
+        """True if `suffice` is already by an upper bound of the error by modes left out."""
+        return response.truncation_at_most <= self._allowed_truncation(response)
+
+    def _allowed_truncation(self, response):
+        """Largest `GustResponse.truncation_error` with which modes suffice. [-]"""
         by_quadrature = response.integration_error / 2
         allowed = max(self.accuracy - by_quadrature, self.accuracy / 2, by_quadrature)
-        allowed = MOTION.element_modes_change if self._fixed else allowed
-        return response.truncation_error <= 2 * allowed  # of a variance, which is twice that of its root
+        return 2 * (MOTION.element_modes_change if self._fixed else allowed)  # of a variance, twice that of its root
