@@ -262,7 +262,7 @@ class Plant:
             return plant.motion.signature, *(one.wheel for one in plant.actuators)
 
         for members in batches(plants, numbers, _size):
-            motion = stack([plant.motion for plant in members])
+            motion = LinearSystem.of_rows([plant.motion for plant in members])
             count, outputs = len(motion), state_rows(motion, actuators=members[0].actuators).outputs
             squares = np.abs(outputs[..., : 2 * count]) ** 2
             parts = motion.stiffness.real, motion.damping, motion.mass
@@ -352,7 +352,7 @@ class Plant:
         """
         Plant._loads_and_basis.compute(plants)
         for members in batches(plants, lambda plant: (plant.full_system.signature, plant.basis[1].shape), _size):
-            systems = stack([plant.full_system for plant in members])
+            systems = LinearSystem.of_rows([plant.full_system for plant in members])
             omega, shapes = stack([plant.basis for plant in members])
             air = (plant.air_on_bodies(plant.basis[1]) for plant in members)
             air = np.array([np.broadcast_to(of_row, (omega.shape[-1],) * 2) for of_row in air])

@@ -16,6 +16,7 @@ import numpy as np
 from cablestudy.cable.records import stack
 from cablestudy.motion.tolerances import MOTION
 from cablestudy.system.damping import ritz_of_rows
+from cablestudy.system.linear import LinearSystem
 from cablestudy.system.together import batches
 
 MIDSPAN = ".midspan."  # in names of outputs
@@ -106,7 +107,7 @@ def loads_and_bases(plants, size):
         return plant.full_system.signature, plant.modes.shapes.shape, *(part.shape for part in parts)
 
     for members in batches(plants, sizes, size):
-        systems = stack([plant.full_system for plant in members])
+        systems = LinearSystem.of_rows([plant.full_system for plant in members])
         applied, moving = stack([loads[plant] for plant in members])
         inertia = systems.mass @ systems.compliance(moving)
         all_loads = np.concatenate([applied, moving, inertia, stack([turning[plant] for plant in members])], axis=-1)

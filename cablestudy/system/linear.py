@@ -89,6 +89,16 @@ class LinearSystem:
         taken = take_rows(self, row)
         return with_computed(taken, _origin=(self, row)) if isinstance(row, int) else taken
 
+    @staticmethod
+    def of_rows(systems):
+        """`LinearSystem` of many rows: that of which all of these were taken, or some of its rows; else a stack."""
+        origin, rows = systems[0]._origin and systems[0]._origin[0], []
+        for system in systems:
+            if system._origin is None or system._origin[0] is not origin:
+                return stack(systems)
+            rows.append(system._origin[1])
+        return origin if rows == list(range(len(origin.mass))) else origin.take(rows)
+
     @property
     def signature(self):
         """Sizes of all arrays: systems for which they are equal are made one of many rows. Tuple."""
