@@ -20,6 +20,7 @@ from cablestudy.cable.matrices import inverse, solve
 from cablestudy.cable.records import is_computed, stack
 from cablestudy.control.notch import NotchedLaw
 from cablestudy.control.tolerances import CONTROL
+from cablestudy.system.coupling_damping import SumOverPoles
 from cablestudy.system.linear import LinearSystem
 from cablestudy.system.tolerances import SYSTEM
 
@@ -90,7 +91,7 @@ class LoopGain:
     @staticmethod
     def stiffness_and_forces(loop_gains, row, s):
         """Z, shape (f, d, d), and F, shape (f, d, i), as in `of_rows`; of k = 0 too."""
-        by_cables = np.concatenate([loop_gains[number]._by_cables(s[part]) for number, part in _parts(row)])
+        by_cables = LoopGain._by_cables_of_rows(loop_gains, row, s)
         bodies = stack([one.bodies for one in loop_gains]).dynamic_stiffness_of_rows(row, s)
         winch_loads, count = np.array([one.winch_loads for one in loop_gains])[row], bodies.shape[-1]
         return bodies + by_cables[:, :, :count], winch_loads - by_cables[:, :, count:]
@@ -128,11 +129,32 @@ class LoopGain:
         """True if poles of a cable are found in windows, which leaves a small error."""
         return any(damping.windowed for damping in self.coupling_damping)
 
+    @staticmethod
+    def _by_cables_of_rows(loop_gains, row, s):
+        """`_by_cables` at s of the loops `row`, ascending; where those have few frequencies each, of many together."""
+        count, winches = loop_gains[0].winch_loads.shape
+        forces, together = np.empty((len(s), count, count + winches), dtype=complex), {}
+        for number, part in _parts(row):
+            frequencies = part.stop - part.start
+            summed, others = loop_gains[number]._divided_for(frequencies)
+            if frequencies <= CONTROL.frequencies_together and summed and not others and summed.signature:
+                together.setdefault(summed.signature, []).append((summed, np.arange(part.start, part.stop)))
+            else:
+                forces[part] = loop_gains[number]._by_cables(s[part])
+        for members in together.values():
+            sums, parts = zip(*members, strict=True)
+            index, own = np.concatenate(parts), np.repeat(np.arange(len(sums)), [len(part) for part in parts])
+            forces[index] = _ForcesByPoles.of_rows(sums, own, s[index])
+        return forces
+
+    def _divided_for(self, frequencies):
+        """`_divided`; at few frequencies, where poles of cables cost more than they spare, None and all cables."""
+        few = frequencies <= SYSTEM.solved_frequencies and self.near is None and not is_computed(self, "_divided")
+        return (None, self._cables) if few else self._divided
+
     def _by_cables(self, s):
         """Forces of cables on bodies by their displacements and by the winches, Z - Z_b and F_0 - F, (f, d, d + i)."""
-        few = len(s) <= SYSTEM.solved_frequencies  # at few frequencies the poles of cables cost more than they spare
-        few &= self.near is None and not is_computed(self, "_divided")
-        summed, others = (None, self._cables) if few else self._divided
+        summed, others = self._divided_for(len(s))
         count, winches = self.winch_loads.shape
         forces = summed(s) if summed else np.zeros((len(s), count, count + winches), dtype=complex)
         for cable in others:
@@ -158,9 +180,9 @@ class LoopGain:
 
     @cached_property
     def _divided(self):
-        """`_stiffness_by_poles`, of the cables whose stiffness is a sum over poles, or None; and the other cables."""
+        """`_ForcesByPoles` of the cables whose stiffness is a sum over poles, or None; and the other cables."""
         summed = [cable for cable in self._cables if cable.is_sum]
-        sums = _stiffness_by_poles(summed, self.winch_loads.shape[1]) if summed else None
+        sums = _ForcesByPoles.of(summed, self.winch_loads.shape[1]) if summed else None
         return sums, [cable for cable in self._cables if not cable.is_sum]
 
     @cached_property
@@ -245,44 +267,67 @@ def _parts(row):
     return [(int(row[part.start]) if len(row) else 0, part) for part in parts]
 
 
-def _stiffness_by_poles(cables, winches):
-    """Make the function of s that adds up the stiffness of many cables at the bodies, each a sum over its poles.
+@dataclass(frozen=True)
+class _ForcesByPoles:
+    """Forces of many cables on bodies, each a sum over its poles: a function of s.
 
-    Parameters
+    s, shape (f,) [rad/s] -> forces on the d coordinates of the bodies by these and by the lengths that the i winches
+    reel in, shape (f, d, d + i). [N/m]
+
+    Attributes
     ----------
-    cables : list of _CableInLoop
-        Each with the `pole_sum` of its coupling damping.
-    winches : int
-        Number i of winches.
-
-    Returns
-    -------
-    callable
-        s, shape (f,) [rad/s] -> forces on the d coordinates of the bodies by these and by the lengths that the winches
-        reel in, shape (f, d, d + i). [N/m]
+    sums : list of (SumOverPoles, ndarray or None)
+        Of each cable, and the matrix from its sums to forces on bodies; None where they are these.
+    polynomial : list of 3 ndarray, shape (d, d + i)
+        Coefficients of s^0, s^1 and s^2 in the forces by all cables.
     """
-    # of each cable its sum over poles, and the matrix from its entries to forces on bodies; None where it has these
-    sums = []
-    polynomial = [0.0, 0.0, 0.0]  # coefficients of s^0, s^1 and s^2 in the forces on bodies by all cables
-    for cable in cables:
-        damping, columns, ends = cable.element.coupling_damping, cable.columns(winches), len(cable.connection)
-        residues = damping.pole_sum.residues[:, :ends]  # of the forces at the ends that bodies move, (N, e, e + w)
-        # the smaller arrays are summed: forces on bodies, or forces at ends that become forces on bodies afterwards
-        if cable.connection.shape[1] * columns.shape[1] <= prod(residues.shape[1:]):
-            residues, onto_bodies = cable.connection.T @ residues @ columns, None
-        else:
-            onto_bodies = np.kron(cable.connection, columns)
-        sums.append((damping.sum_over_poles(residues.reshape(-1, prod(residues.shape[1:]))), onto_bodies))
-        for order, coefficient in enumerate(damping.polynomial_in_s):
-            polynomial[order] = polynomial[order] + cable.connection.T @ coefficient[:ends] @ columns
-    static, first, second = polynomial
 
-    def forces(s):
+    sums: list
+    polynomial: list
+
+    @classmethod
+    def of(cls, cables, winches):
+        """`_ForcesByPoles` of a list of `_CableInLoop`, each with a `pole_sum`; `winches` is the number i."""
+        sums, polynomial = [], [0.0, 0.0, 0.0]
+        for cable in cables:
+            damping, columns, ends = cable.element.coupling_damping, cable.columns(winches), len(cable.connection)
+            residues = damping.pole_sum.residues[:, :ends]  # of the forces at the ends that bodies move, (N, e, e + w)
+            # the smaller arrays are summed: forces on bodies, or forces at ends that become forces on bodies afterwards
+            if cable.connection.shape[1] * columns.shape[1] <= prod(residues.shape[1:]):
+                residues, onto_bodies = cable.connection.T @ residues @ columns, None
+            else:
+                onto_bodies = np.kron(cable.connection, columns)
+            sums.append((damping.sum_over_poles(residues.reshape(-1, prod(residues.shape[1:]))), onto_bodies))
+            for order, coefficient in enumerate(damping.polynomial_in_s):
+                polynomial[order] = polynomial[order] + cable.connection.T @ coefficient[:ends] @ columns
+        return cls(sums, polynomial)
+
+    def __call__(self, s):
         moving = 0.0
-        for sum_over_poles, onto_bodies in sums:
+        for sum_over_poles, onto_bodies in self.sums:
             of_cable = sum_over_poles(s).T
             moving = moving + (of_cable if onto_bodies is None else of_cable @ onto_bodies)
-        s = s[:, None, None]
-        return s * (s * second + first) + static - moving.reshape(len(s), *second.shape)
+        return _less_moving(self.polynomial, s, moving)
 
-    return forces
+    @cached_property
+    def signature(self):
+        """Sizes of arrays by which those of one cable, with few terms, are found that `of_rows` puts together, or None.
+
+        Terms of many cables, and coordinates, take longer than what calls cost.
+        """
+        own, onto_bodies = self.sums[0]
+        few = len(self.sums) == 1 and onto_bodies is None and own.coefficients.size <= CONTROL.terms_together
+        return (own.signature, self.polynomial[0].shape) if few else None
+
+    @staticmethod
+    def of_rows(members, row, s):
+        """Values of n `_ForcesByPoles` of equal `signature`, at s of the members `row`: shape (f, d, d + i)."""
+        moving = SumOverPoles.of_rows([member.sums[0][0] for member in members], row, s)
+        orders = zip(*(member.polynomial for member in members), strict=True)
+        return _less_moving([np.array(of_order)[row] for of_order in orders], s, moving)
+
+
+def _less_moving(polynomial, s, moving):
+    """Polynomials in s, three coefficients of shape (d, d + i) or (f, d, d + i), less what their modes take away."""
+    (static, first, second), s = polynomial, s[:, None, None]
+    return s * (s * second + first) + static - moving.reshape(len(s), *second.shape[-2:])

@@ -99,6 +99,9 @@ class ControlTolerances:
     infinite_at_pole: float = 1e-9  # damping ratio below which the loop gain at the pole itself is as good as infinite
     delay_turn: float = 0.1  # of a delay from one frequency to the next [rad]
     frequencies_at_once: int = 250  # of one call
+    # frequencies of one loop up to which those of many are computed together: of more the calls cost little
+    frequencies_together: int = 40
+    terms_together: int = 2000  # coefficients of a sum over poles up to which copies of these cost less than calls
     eigenvalue_turn: float = 0.5  # of an eigenvalue between two frequencies, from which on more are taken; the same
     # of one so near the negative real axis where it changes so much that it may cross and come back:
     near_axis: float = 0.8

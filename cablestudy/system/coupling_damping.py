@@ -79,6 +79,57 @@ class PoleSum:
 
 
 @dataclass(frozen=True)
+class SumOverPoles:
+    """Functions of s: r sums of a term for each of N poles, or pairs of poles, times s^2 + viscous s.
+
+    Attributes
+    ----------
+    coefficients : ndarray, shape (r, N), or real, (2 r, N)
+        Numerators of the terms: the first r of 2 r times s.
+    poles : ndarray, shape (N,)
+        p. [rad/s]
+    others : ndarray, shape (N,), or None
+        q of pairs, whose terms have the denominator (s - p) (s - q). [rad/s]
+    viscous : float
+        [1/s]
+    """
+
+    coefficients: np.ndarray
+    poles: np.ndarray
+    others: np.ndarray | None
+    viscous: float = 0.0
+
+    def __call__(self, s):
+        """The sums at s of shape (f,), shape (r, f)."""
+        terms = s - self.poles[:, None]
+        if self.others is not None:
+            terms *= s - self.others[:, None]
+        return self._weighted(product(self.coefficients, _reciprocal(terms)), s, self.viscous)
+
+    @property
+    def signature(self):
+        """Sizes of all arrays, by which sums are found that `of_rows` evaluates together: tuple."""
+        return self.coefficients.shape, self.coefficients.dtype, self.others is None
+
+    @staticmethod
+    def of_rows(sums, row, s):
+        """Values of n `SumOverPoles` of equal `signature`, at s of the sums `row`, both of shape (f,): shape (f, r)."""
+        coefficients, terms = np.array([one.coefficients for one in sums])[row], s[:, None]
+        terms = terms - np.array([one.poles for one in sums])[row]
+        if sums[0].others is not None:
+            terms *= s[:, None] - np.array([one.others for one in sums])[row]
+        values, viscous = product(coefficients, _reciprocal(terms)[..., None])[..., 0], [one.viscous for one in sums]
+        return sums[0]._weighted(values.T, s, np.array(viscous)[row]).T
+
+    def _weighted(self, values, s, viscous):
+        """The sums at s, shape (r, f), from those with each of the coefficients, shape (r or 2 r, f)."""
+        if np.isrealobj(self.coefficients):
+            count = len(values) // 2
+            values = s * values[:count] + values[count:]
+        return (s**2 + viscous * s) * values
+
+
+@dataclass(frozen=True)
 class Strain:
     """Damping of the elastic strain, with the elastic parts E, R, S of the stiffness: see `superelement`.
 
@@ -224,20 +275,12 @@ class CouplingDamping:
             return None
 
     def sum_over_poles(self, residues):
-        """Make a function of s: x^d times the sum of residue/(x - pole) over the N poles of `pole_sum`.
-
-        Such sums are what the modes of the cable take away from the dynamic stiffness of its static shapes. x is s,
-        with d = 2. If hysteretic damping alone couples the modes, x is s^2 + viscous s, with d = 1.
+        """`SumOverPoles` of the N poles of `pole_sum`: what the modes take away from the stiffness of static shapes.
 
         Parameters
         ----------
         residues : ndarray, shape (N, r)
             Residues of r sums at each of the N poles.
-
-        Returns
-        -------
-        callable
-            s, shape (f,) [rad/s] -> the sums, shape (r, f).
 
         Notes
         -----
@@ -250,22 +293,16 @@ class CouplingDamping:
         a pole and its conjugate, or two real poles: both coefficients are then real. Poles of a complex polynomial in s
         are not paired.
         """
-        poles, count = self.pole_sum.poles, residues.shape[1]
+        poles = self.pole_sum.poles
         if self._squared:
             half, middle = np.sqrt(self._viscous**2 / 4 + poles + 0j), -self._viscous / 2
-            pairs = middle + half, middle - half
-            return lambda s: self.variable(s) * (residues.T @ _of_pairs(*pairs, s))
+            return SumOverPoles(residues.T, middle + half, middle - half, self._viscous)
         if np.iscomplexobj(self.matrices[0]):
-            return lambda s: s**2 * (residues.T @ _reciprocal(s - poles[:, None]))
+            return SumOverPoles(residues.T, poles, None)
         p, q, of_p, of_q = _in_real_pairs(poles, residues)
-        # (R + S) and -(R q + S p) of each pair, shape (2 r, pairs)
+        # (R + S) and -(R q + S p) of each pair
         coefficients = np.concatenate([(of_p + of_q).real, -(of_p * q[:, None] + of_q * p[:, None]).real], axis=1).T
-
-        def of_real(s):
-            parts = product(coefficients, _of_pairs(p, q, s))
-            return s**2 * (s * parts[:count] + parts[count:])
-
-        return of_real
+        return SumOverPoles(coefficients, p, q)
 
     @property
     def polynomial_in_s(self):
@@ -423,13 +460,6 @@ def _in_real_pairs(poles, residues):
     of_p, of_q = (residues[np.append(upper, real[part])] for part in (np.s_[::2], np.s_[1::2]))
     q[: len(upper)], of_q[: len(upper)] = q[: len(upper)].conj(), of_q[: len(upper)].conj()
     return p, q, of_p, of_q
-
-
-def _of_pairs(first, second, s):
-    """1/((s - p) (s - q)) of n pairs of poles p and q, for s of shape (f,): shape (n, f)."""
-    product = s - first[:, None]
-    product *= s - second[:, None]
-    return _reciprocal(product)
 
 
 def _reciprocal(values):
