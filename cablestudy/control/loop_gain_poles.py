@@ -143,6 +143,8 @@ def narrow_poles(loop_gains, estimates, starts, errors):
             s = np.concatenate([searches[index][0] for index in indices])
             error = np.concatenate([searches[index][1] for index in indices])
             row = np.repeat(np.arange(len(members)), [len(searches[index][0]) for index in indices])
+            if not len(row):
+                break
             row, s, error = _narrow_poles(members, row, s, error)
             for number, index in enumerate(indices):
                 poles, errors_of_poles = s[row == number], error[row == number]
@@ -184,7 +186,8 @@ def _narrow_poles(loop_gains, row, s, error):
 def _steps_to_poles(loop_gains, row, s):
     """At which of some s, shape (n,), Z is known; steps from these to poles, to first order, shape (m, d)."""
     apart = np.abs(s.real) + CONTROL.least_half_width * np.abs(s)
-    stiffness, shifted = (LoopGain.stiffness_and_forces(loop_gains, row, at)[0] for at in (s, s + apart))
+    both = LoopGain.stiffness_and_forces(loop_gains, np.repeat(row, 2), np.stack([s, s + apart], axis=1).ravel())[0]
+    stiffness, shifted = both[::2], both[1::2]
     step = solved((shifted - stiffness) / apart[:, None, None], -stiffness)
     known = np.isfinite(step).all(axis=(1, 2))
     return known, eigenvalues(step[known])
