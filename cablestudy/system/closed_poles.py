@@ -76,10 +76,11 @@ class _Modes:
 
     def closed_poles(self):
         """The poles s of all modes with the loop closed, shape (n,); None where they are not found."""
-        before = self._poles
-        s = before + self._shift(before)
+        before, s = self._poles, self._poles + self._shift(self._poles)
         change = s - before
         for _ in range(SYSTEM.closed_pole_steps):
+            if not (np.abs(s - before) < SYSTEM.closed_pole_shift * np.abs(s)).all():
+                return None
             step = self._poles + self._shift(s) - s
             slope = (step - change) / (s - before)
             steep = np.abs(slope) > SYSTEM.secant_slope
@@ -102,9 +103,8 @@ class _Modes:
 
     def _movements(self, s):
         """p of each mode j at s_j, shape (n, r), and 1/(s_j - d_i), 0 where i = j, shape (n, n)."""
-        fractions = s[:, None] - self._poles
-        np.fill_diagonal(fractions, 1.0)
-        np.reciprocal(fractions, out=fractions)
+        fractions = 1 / (s[:, None] - self._poles)
+        fractions[~np.isfinite(fractions)] = 0.0  # of poles that coincide with another one which the loop does not move
         np.fill_diagonal(fractions, 0.0)
         law = self._law(s)
         (_, size, _), measured = law.shape, len(self._measured)

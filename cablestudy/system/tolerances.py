@@ -80,6 +80,8 @@ class SystemTolerances:
     closed_loop_states: int = 60
     # in so many steps: usual loops take three, those of gains up to the largest one seven, some near it ten,
     closed_pole_steps: int = 12
+    # unless a step moves a pole by more than this share of its size: some gains above the largest one do,
+    closed_pole_shift: float = 0.3
     closed_pole_change: float = 1e-8  # and relative change of a pole in a step after which it has all digits
     secant_slope: float = 0.3  # slope, about 1, up to which a step of the secant method is not sure of itself
     # residual of an eigenvector over the largest entries of it and of the matrix: rounding leaves 1e-14
