@@ -418,3 +418,21 @@ def test_a_cable_that_hangs_folded_says_so_once():
     )
     done = run("windrms", "s.yaml", code=3)
     assert done.err.count("hangs folded") == done.out.count("hangs folded") == 1
+
+
+@pytest.mark.usefixtures("folder")
+def test_what_grows_by_drag_that_turns_names_it_and_what_damps_it():
+    """Nothing grows without the drag that turns, nor where the air damps the cable."""
+    scene_of(
+        "cable: {ends: [[0, 0, 0], [100, 0, 20]], material: aramid, area: 10 mm^2, sag: 0.8 m,\n"
+        "  damping: {loss_factor: 0.02}}\n"
+        "gondola: {mass: 40 kg, area: 0.6 m^2, drag_coefficient: 1.2}\n"
+        "wind: {speed: 8 m/s, turbulence_intensity: 0.15, length_scale: 40 m}\n"
+        "cases: {head: {wind: {speed: 60 m/s, at: 10 m, exponent: 0.16, direction: 180 deg}}}\n"
+    )
+    head = "windrms", "s.yaml", "--case", "head"
+    (line,) = run(*head, code=3).lines
+    cause = "drag that turns with what moves, on cables that no gusts meet and no air damps"
+    assert f": unstable without winches ({cause}): mode 3 (cable in-plane, " in line
+    assert "gondola rms open loop all wind" in run(*head, "--on", "both", code=3).out
+    assert "unstable" not in run(*head, "--set", "wind.aerodynamic_damping=false").err

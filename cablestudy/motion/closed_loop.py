@@ -137,8 +137,19 @@ class ClosedLoop:
     def check_open(self):
         """Refuse what grows with the winches at rest: NoSolutionError, with the motion and why."""
         if (pole := self.unstable_open_pole) is not None:
-            cause = "actuators" if self.actuators else "aerodynamic damping"
-            raise NoSolutionError(f"unstable without winches ({cause}): {self._unstable_motion(pole, self.motion)}")
+            motion = self._unstable_motion(pole, self.motion)
+            raise NoSolutionError(f"unstable without winches ({self._cause_of_growth}): {motion}")
+
+    @property
+    def _cause_of_growth(self):
+        """Words for what makes a motion grow with the winches at rest; damping by the air takes energy only."""
+        if self.actuators:
+            return "actuators"
+        air = self.plant.airflow
+        if air is None or not air.damps:
+            return "dead moments"
+        undamped = air.turns_with_cables and not air.on_cables
+        return "drag that turns with what moves" + ", on cables that no gusts meet and no air damps" * undamped
 
     def check_stable(self):
         """Refuse what grows.
