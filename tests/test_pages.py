@@ -510,8 +510,15 @@ def test_an_error_of_which_no_digit_tells_anything_is_above_1():
     assert [error_text(error) for error in (None, 0.0, 1e-15, 0.034, 1.0, 1e30)] == [
         "", "exact", "1e-12", "3e-2", "1e0", "above 1"
     ]  # fmt: skip
-    (note,) = above_accuracy([({"n1.sag_m": 1e30, "n2.sag_m": 0.25}, 1e-4), ({"n1.sag_m": 0.01}, 1e-4)])
+    (note,) = above_accuracy([({"n1.sag_m": 1e30, "n2.sag_m": 0.25}, {}, 1e-4), ({"n1.sag_m": 0.01}, {}, 1e-4)])
     assert note.endswith(": n1.sag_m (above 1, 2 rows), n2.sag_m (up to 2.5e-01, 1 row)")
+
+
+def test_there_is_no_note_on_the_error_of_a_probability_that_is_next_to_none(folder):
+    """Of 5e-132 it is a factor of millions; 1e-7 may be 1e-6 with an error of ten times."""
+    name = "slack_probability of cables"
+    assert not above_accuracy([({name: 2.7e6}, {name: 5e-132}, 1e-4), ({name: 8.9}, {name: 1e-7}, 1e-4)])
+    assert above_accuracy([({name: 9.1}, {name: 1e-7}, 1e-4), ({name: 0.7}, {name: 0.3}, 1e-4)])
 
 
 @undrawn()

@@ -323,7 +323,7 @@ def test_errors_above_the_accuracy_are_told_once(monkeypatch):
 
 def test_a_sweep_tells_errors_above_the_accuracy_of_each_row():
     """Tensions of heavy wires have larger errors than the motion; each row is held against its own accuracy."""
-    text = "columns: [nx.rms_tension, box.rms]\nvary: [{model.accuracy: [1e-2, 1e-5, 1e-6]}]\n"
+    text = "columns: [nx.rms_tension, nx.slack_probability, box.rms]\nvary: [{model.accuracy: [1e-2, 1e-5, 1e-6]}]\n"
     study = study_file(".", text, written(without("[pn][yz]").replace("density: 1e-3", "density: 3e4")))
     done = run("sweep", study, "--no-write", "--format", "json")
     found = json.loads(done.out)
@@ -331,6 +331,7 @@ def test_a_sweep_tells_errors_above_the_accuracy_of_each_row():
     assert errors[0] < 1e-2
     assert min(errors[1:]) > 1e-5
     assert [row["status"] for row in found["rows"]] == ["ok"] * 3
+    assert all(row["nx.slack_probability"] < 1e-9 for row in found["rows"])  # of which no note tells the error
     said = f"nx.rms_tension_N (up to {max(errors[1:]):.1e}, 2 rows)"
     assert done.lines == [f"note: estimated errors above model.accuracy, 1e-06 to 1e-05: {said}"]
     one = run("sweep", study, "--no-write", "--row", "2")

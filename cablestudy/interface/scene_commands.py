@@ -116,11 +116,15 @@ class SceneCommands:
         from cablestudy.study.notes import above_accuracy
 
         accuracy = self.model.model.accuracy
+
+        def named(name, row):
+            return {f"{key} of {name}" if name else key: number for key, number in row.items()}
+
         return above_accuracy(
-            ({f"{key} of {name}" if name else key: error for key, error in row.items()}, accuracy)
+            (named(name, errors), named(name, row), accuracy)
             for name, table in answer.tables.items()
             if table.errors
-            for row in table.errors()
+            for row, errors in zip(table.rows, table.errors(), strict=False)
         )
 
     def _compute_case(self, what, **options):

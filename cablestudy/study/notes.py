@@ -257,18 +257,21 @@ def share_hint(document, scene, failure):
 def above_accuracy(rows):
     """A note on numbers whose estimated error is above the accuracy that the scene asks for, at most one: tuple of str.
 
-    Errors are compared as they are printed, with two digits.
+    Errors are compared as they are printed, with two digits. A probability that with its error is next to none has no
+    note: that of one in a billion is always a large part of it.
 
     Parameters
     ----------
-    rows : iterable of (dict, float or None)
-        For each row of a table: name of a number -> its estimated relative error, None where it is not known [-]; and
-        the accuracy, None of a scene that states its elements instead [-].
+    rows : iterable of (dict, dict, float or None)
+        For each row of a table: name of a number -> its estimated relative error, None where it is not known [-]; name
+        -> value, of probabilities at least; and the accuracy, None of a scene that states its elements instead [-].
     """
     above, asked = {}, set()  # name -> errors
-    for errors, accuracy in rows:
+    for errors, values, accuracy in rows:
         for name, error in errors.items() if accuracy is not None else ():
-            if error is not None and float(f"{error:.1e}") > accuracy:
+            if error is None or (is_probability(name) and (values[name] or 0.0) * (1 + error) < STUDY.rare):
+                continue
+            if float(f"{error:.1e}") > accuracy:
                 above.setdefault(name, []).append(error)
                 asked.add(accuracy)
     if not above:
@@ -277,6 +280,11 @@ def above_accuracy(rows):
     texts = [f"{name} ({_up_to(max(above[name]))}, {counted(len(above[name]), 'row')})" for name in names]
     accuracies = " to ".join(f"{accuracy:g}" for accuracy in sorted({min(asked), max(asked)}))
     return (f"note: estimated errors above model.accuracy, {accuracies}: {first_of(texts, STUDY.listed_columns)}",)
+
+
+def is_probability(name):
+    """True of the name of a probability, with its cable or table or without."""
+    return name.rpartition(".")[2].startswith("slack_probability")
 
 
 def _up_to(error):

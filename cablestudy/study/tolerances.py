@@ -162,6 +162,7 @@ class StudyTolerances:
     shared_compliance: float = 0.5  # share of the gondola's compliance below which others are named,
     shown_compliance: float = 0.05  # and of those
     shape_points: int = 41  # along a cable in closed form
+    rare: float = 1e-6  # probability that no decision tells from none: not named however large its relative error
     listed_reasons: int = 3  # in a status
     noted_force: float = 1e-11  # net force over the forces: what is less is rounding
     listed_parts: int = 12  # cables, bodies, or runs of modes, that are named one by one

@@ -1,5 +1,6 @@
 """One run of a study, from the stored rows to the table: what is computed, what is reported, how to go on."""
 
+import json
 import os
 import re
 import shlex
@@ -17,7 +18,7 @@ from cablestudy.scene.tolerances import SCENE
 from cablestudy.scene.words import counted, first_of
 from cablestudy.study.column import CLOSED
 from cablestudy.study.columns import find_header
-from cablestudy.study.notes import above_accuracy
+from cablestudy.study.notes import above_accuracy, is_probability
 from cablestudy.study.prepare import prepare
 from cablestudy.study.scene_kind import kind_of
 from cablestudy.study.scene_values import tables_of
@@ -238,14 +239,17 @@ class Run:
         return [*lines, *above_accuracy(self._errors())]
 
     def _errors(self):
-        """Yield the errors of each row that states any, header -> error, and the accuracy of its scene."""
+        """Yield the errors of each row that states any, header -> error, its probabilities, and its accuracy."""
         headers = {column.header for column in self.columns}
+        probabilities = {header: i for i, header in enumerate(self.store.headers) if is_probability(header)}
         varied = any(key.partition(".")[0] == "model" for key in self.study.set_keys)
         accuracy_of = lru_cache(maxsize=1)(lambda case: self.study.case(case)[1].model.accuracy)
         first = None
-        for case, errors in self.store.errors():
+        for case, errors, cells in self.store.errors():
             first = case if varied or first is None else first
-            yield {header: error for header, error in errors.items() if header in headers}, accuracy_of(first)
+            cells = json.loads(cells) if probabilities else ()
+            values = {header: cells[i] for header, i in probabilities.items()}
+            yield {name: error for name, error in errors.items() if name in headers}, values, accuracy_of(first)
 
     def interrupted(self, words):
         """Lines that say how to go on with a run that was ended."""

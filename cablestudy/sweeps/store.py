@@ -155,9 +155,12 @@ class RowStore:
         return (case for (case,) in self.database.reported_rows(query))
 
     def errors(self):
-        """Iterator of case and errors, header -> estimated relative error, of each row that states any, in order."""
-        query = "SELECT row - 1, errors FROM rows WHERE errors != '' ORDER BY row"
-        return ((case, json.loads(errors)) for case, errors in self.database.reported_rows(query))
+        """Iterator of each row that states errors, in order.
+
+        Yields case, errors, header -> estimated relative error, and JSON of the cells.
+        """
+        query = "SELECT row - 1, errors, cells FROM rows WHERE errors != '' ORDER BY row"
+        return ((case, json.loads(errors), cells) for case, errors, cells in self.database.reported_rows(query))
 
     def add(self, headers, records):
         """Add the rows of a chunk, from `record.pack`: all of them, or none.
