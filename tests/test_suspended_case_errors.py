@@ -179,7 +179,7 @@ class Truth:
             of_cable = cable_in_wind.statics(places, forces, list(self.loads)) | {
                 "chord": np.linalg.norm(chord), "inclination": np.degrees(np.arctan2(chord[2], np.hypot(*chord[:2]))),
             }  # fmt: skip
-            del of_cable["load_sag"]
+            of_cable.pop("load_sag", None)
             names = {"tension_1": "tension_from", "tension_2": "tension_to"}
             columns |= {f"{name}.{names.get(column, column)}": value for column, value in of_cable.items()}
         return columns
@@ -278,6 +278,30 @@ def test_linear_ranges_in_a_storm_are_those_of_cables_in_pieces(seed):
         differs = truth.beyond_linear(rest.position[0], rest.rotation[0], axis, reach / 1e3)
         assert differs == pytest.approx(0.05, rel=row.errors[column] + 2e-5), column
         assert row.errors[column] < 1e-2
+
+
+@pytest.mark.parametrize("speed", campaign([6.0, 9.7, 11.0, 14.0], [9.7]))
+def test_a_body_on_two_cables_that_drag_turns_far_is_within_its_stated_errors(speed):
+    """By 4.7 rad from its attitude in uniform drag: rotations follow one another, their vectors do not add up."""
+    arms = {"l": [-0.3, 0, 0.2], "r": [0.3, 0, 0.2], "d": [0, 0.1, -0.2]}
+    body = {
+        "at": [20.0, 2.0, 15.0], "attitude": "free", "mass": 3.0, "inertia": [0.2] * 3, "attachments": arms,
+        "center_of_mass": [0, 0, 0], "markers": {"tip": [0, 0, 0]},
+        "wind": {"area": [0.5455] * 3, "drag_coefficient": 1.1, "center_of_pressure": [0, 0, 0]},
+    }  # fmt: skip
+    data = {
+        "points": {"a": [0, 0, 20.0], "b": [40.0, 0, 20.0], "c": [20.0, 30.0, 0]}, "bodies": {"box": body},
+        "cable": {"axial_stiffness": 2.11e6, "mass_per_length": 0.0343, "diameter": 0.008, "expansion": 1.2e-5},
+        "cables": {"one": {"from": "a", "to": "box.l", "unstretched_length": 21.0},
+                   "two": {"from": "b", "to": "box.r", "unstretched_length": 21.0},
+                   "three": {"from": "c", "to": "box.d", "unstretched_length": 33.0}},
+        "case": "day",
+    }  # fmt: skip
+    nothing = {"loads": {}, "moves": {}, "ice": {"thickness": 1e-4, "on": ["two"]}, "temperature": 288.15}
+    nothing["forces"] = {"box": {"force": [0.0] * 3, "moment": [0.0] * 3}, "box.tip": [0.0] * 3}
+    wind = {"speed": speed, "direction": float(np.pi / 2)}
+    data["cases"] = {"day": nothing | {"lost": ["one"], "wind": wind}}
+    assert_within_stated_errors(data)
 
 
 def test_cables_that_begin_at_the_body_have_the_numbers_of_those_that_end_there():

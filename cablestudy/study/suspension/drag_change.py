@@ -14,12 +14,12 @@ from cablestudy.cable.catenary_in_drag import in_drag
 from cablestudy.cable.matrices import largest_ratio
 from cablestudy.cable.steady_drag import SteadyDrag, across
 from cablestudy.cable.tolerances import CABLE
-from cablestudy.cable.vectors import size
+from cablestudy.cable.vectors import dot, size
 from cablestudy.statics import block_stiffness, tangent
 from cablestudy.statics.descent import DISAGREED
 from cablestudy.statics.links import Links, joined
 from cablestudy.statics.pose_state import PoseState, displaced, spans
-from cablestudy.statics.rigid import rotation_vector
+from cablestudy.statics.rigid import rotation_vector, turn
 from cablestudy.statics.suspension import Equilibrium
 from cablestudy.study.tolerances import STUDY
 from cablestudy.wind.mean import body_loads, next_argument
@@ -205,7 +205,7 @@ def _search(equilibrium, drag, steady, parts, least, plain, most):
         rate = np.clip(of_step / before, CABLE.fastest_turns, 1.0) if step < plain else 1.0
         small = rate * of_step <= np.maximum(CABLE.settled_form * of_all, least)
         ended = small & _balanced(equilibrium, moved) & (not rough)
-        found[cases[ended]], movement[cases[ended]] = True, ((now + further) / units)[ended]
+        found[cases[ended]], movement[cases[ended]] = True, (_moved_on(now, further, units) / units)[ended]
         on = np.flatnonzero(~ended & np.isfinite(of_step))
         if not len(on):
             break
@@ -216,7 +216,7 @@ def _search(equilibrium, drag, steady, parts, least, plain, most):
             )
             tried = [[array[on] for array in both] for both in tried]
         before, longest = of_step, STUDY.drag_movement * equilibrium.longest
-        tried = [*tried, [now, now + _limited(further, longest)]][-STUDY.combined_movements :]
+        tried = [*tried, [now, _moved_on(now, _limited(further, longest), units)]][-STUDY.combined_movements :]
         following = tried[-1][1]
         if step >= plain:
             flat = np.array(tried).reshape(len(tried), 2, len(cases), -1)
@@ -239,6 +239,21 @@ def _net_forces(equilibrium):
     suspension, none = equilibrium.suspension, np.zeros(equilibrium.lengths.shape)
     of_all, _ = tangent.net_forces(suspension, equilibrium.rotation, equilibrium.arms, equilibrium.end_forces, none)
     return block_stiffness.free_values(suspension, of_all)
+
+
+def _moved_on(movement, step, units):
+    """Movements of bodies and points after a further step, shape (n, b, 6), both times the `motion_units`.
+
+    Rotations follow one another; of vectors that differ by whole turns, the one that is nearest to the sum is taken.
+    """
+    added = (movement + step) / units
+    before, further = (np.eye(3) + turn((vectors / units)[..., 3:]) for vectors in (movement, step))
+    vector = rotation_vector(further @ before)
+    angle = size(vector)[..., None]
+    axis = vector / np.maximum(angle, STUDY.tiny)
+    turns = np.rint(dot(added[..., 3:] - vector, axis) / (2 * np.pi))[..., None]
+    added[..., 3:] = vector + 2 * np.pi * turns * axis
+    return added * units
 
 
 def _limited(steps, most):
