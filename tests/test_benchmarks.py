@@ -14,7 +14,7 @@ FOLDER = ROOT / "benchmarks"
 # section of docs/benchmarks.md -> words of rows that it must have
 SECTIONS = {
     "Compared with other programs": ("cablestudy", "cablestudy, accuracy 1e-06"),
-    "Rows of a sweep": ("sweep of 2, no two of one cable", "kelvin_voigt, sweep of 2 diameters", "accuracy 1e-10"),
+    "Rows of a sweep": ("sweep of 2, no two of one cable", "modal, sweep of 2 diameters", "accuracy 1e-10"),
     "Sweeps": ("`sweep --jobs 2`, tables written", "`--jobs 1`", "`--scheduler`, 2 dask workers"),
     "Effort against size": ("250", "2500", "exponent"),
     "Suspensions": ("cablestudy", "sweep of 2 over wind.speed", "24", "exponent"),

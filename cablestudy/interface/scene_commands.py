@@ -99,7 +99,8 @@ class SceneCommands:
                 raise NoSolutionError(f"{error}{hint}") from None
             raise
         failures = tuple(f"{failure}{self._hint(failure)}" for failure in answer.failures)
-        warnings = (*answer.warnings, *self._above_accuracy(answer))
+        above_accuracy = () if what == "limits" else self._above_accuracy(answer)  # limits are told to be undecided
+        warnings = (*answer.warnings, *above_accuracy)
         return replace(answer, failures=failures, warnings=warnings, draw=self._with_case_in_title(answer.draw))
 
     def _with_case_in_title(self, draw):

@@ -1,5 +1,7 @@
 """Notes and warnings of a row: the model, what it leaves out, and its errors; each function returns or yields texts."""
 
+from functools import cache
+
 import numpy as np
 
 from cablestudy.cable.damping import grows_with_modes
@@ -8,7 +10,7 @@ from cablestudy.scene.layers import value_at
 from cablestudy.scene.likely_mistakes import bare_number
 from cablestudy.scene.tolerances import SCENE
 from cablestudy.scene.words import counted, first_of
-from cablestudy.study.cable_columns import over_strength, stress_of
+from cablestudy.study.cable_columns import COLUMNS, over_strength, stress_of
 from cablestudy.study.motion_columns import least_tension_at_peak
 from cablestudy.study.table_rows import SLACK
 from cablestudy.study.tolerances import STUDY
@@ -258,7 +260,8 @@ def above_accuracy(rows):
     """A note on numbers whose estimated error is above the accuracy that the scene asks for, at most one: tuple of str.
 
     Errors are compared as they are printed, with two digits. A probability that with its error is next to none has no
-    note: that of one in a billion is always a large part of it.
+    note: that of one in a billion is always a large part of it. Nor has a number in which larger ones cancel, as the
+    vertical force where a cable is level.
 
     Parameters
     ----------
@@ -269,7 +272,9 @@ def above_accuracy(rows):
     above, asked = {}, set()  # name -> errors
     for errors, values, accuracy in rows:
         for name, error in errors.items() if accuracy is not None else ():
-            if error is None or (is_probability(name) and (values[name] or 0.0) * (1 + error) < STUDY.rare):
+            if error is None or _is_remainder(name):
+                continue
+            if is_probability(name) and (values[name] or 0.0) * (1 + error) < STUDY.rare:
                 continue
             if float(f"{error:.1e}") > accuracy:
                 above.setdefault(name, []).append(error)
@@ -285,6 +290,17 @@ def above_accuracy(rows):
 def is_probability(name):
     """True of the name of a probability, with its cable or table or without."""
     return name.rpartition(".")[2].startswith("slack_probability")
+
+
+def _is_remainder(name):
+    """True of the name of what remains of larger numbers (`Column.whole`), with its cable or table or without."""
+    return name.rpartition(".")[2].partition(" of ")[0] in _remainders()
+
+
+@cache
+def _remainders():
+    """Headers of the columns of cables in which larger numbers cancel: set."""
+    return {column.header for column in COLUMNS if column.whole is not None}
 
 
 def _up_to(error):
