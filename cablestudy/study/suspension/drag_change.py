@@ -205,7 +205,8 @@ def _search(equilibrium, drag, steady, parts, least, plain, most):
         rate = np.clip(of_step / before, CABLE.fastest_turns, 1.0) if step < plain else 1.0
         small = rate * of_step <= np.maximum(CABLE.settled_form * of_all, least)
         ended = small & _balanced(equilibrium, moved) & (not rough)
-        found[cases[ended]], movement[cases[ended]] = True, (_moved_on(now, further, units) / units)[ended]
+        found[cases[ended]] = True  # what others leave may not be finite
+        movement[cases[ended]] = _moved_on(now[ended], further[ended], units[ended]) / units[ended]
         on = np.flatnonzero(~ended & np.isfinite(of_step))
         if not len(on):
             break
