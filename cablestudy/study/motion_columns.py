@@ -8,6 +8,7 @@ from math import hypot
 
 import numpy as np
 
+from cablestudy.cable.records import is_computed
 from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError
 from cablestudy.motion import peaks
 from cablestudy.motion.tolerances import MOTION
@@ -139,7 +140,7 @@ def _tensions_and_slopes(case):
 def goes_slack(case):
     """True if the least tension of a `CableCase` in the wind is below zero; False where its RMS was not computed."""
     winds = [] if case.scene.wind is None else case.solved_winds
-    solved = winds and (case.scene.gondola is None or case.__dict__.get("analysis") in winds)
+    solved = winds and (case.scene.gondola is None or (is_computed(case, "analysis") and case.analysis in winds))
     try:
         return bool(solved and least_tension_at_peak(case) < 0)
     except CablestudyError:  # a winch that would be too fast, for example: the columns of the wind say why

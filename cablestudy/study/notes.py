@@ -287,14 +287,19 @@ def above_accuracy(rows):
     return (f"note: estimated errors above model.accuracy, {accuracies}: {first_of(texts, STUDY.listed_columns)}",)
 
 
+def _quantity(name):
+    """The name of a number without its cable before, or its table behind it."""
+    return name.rpartition(".")[2].partition(" of ")[0]
+
+
 def is_probability(name):
     """True of the name of a probability, with its cable or table or without."""
-    return name.rpartition(".")[2].startswith("slack_probability")
+    return _quantity(name).startswith("slack_probability")
 
 
 def _is_remainder(name):
     """True of the name of what remains of larger numbers (`Column.whole`), with its cable or table or without."""
-    return name.rpartition(".")[2].partition(" of ")[0] in _remainders()
+    return _quantity(name) in _remainders()
 
 
 @cache

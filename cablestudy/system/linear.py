@@ -380,10 +380,8 @@ def equivalent_viscous(mass, stiffness):
     """
     if not np.isfinite(mass.sum() + stiffness.sum()):
         return np.full(mass.shape, np.nan)
-    try:
-        np.linalg.cholesky(mass)
-    except np.linalg.LinAlgError:
-        raise NoSolutionError(MASSLESS_MOTION) from None
+    if not is_positive_definite(mass):
+        raise NoSolutionError(MASSLESS_MOTION)
     compliance, shapes = LinearSystem(mass, np.zeros_like(mass), stiffness).strain_modes
     omega = 1 / np.sqrt(compliance)
     momentum = mass @ shapes * omega

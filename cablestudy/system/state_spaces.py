@@ -15,6 +15,7 @@ import numpy as np
 
 from cablestudy.cable.records import stack, take_rows
 from cablestudy.system.closed_poles import eigen_of_closed_loop
+from cablestudy.system.linear import LinearSystem
 from cablestudy.system.residues import eigen, eigen_of_rows, residues
 from cablestudy.system.state_rows import state_rows
 from cablestudy.system.tolerances import SYSTEM
@@ -39,8 +40,8 @@ class StateSpaces:
     """
 
     def __init__(self, motions, control=None, actuators=()):
-        self.motion, self._motions, self._control, self._actuators = stack(motions), motions, control, actuators
-        motion = self.motion
+        self._motions, self._control, self._actuators = motions, control, actuators
+        self.motion = motion = LinearSystem.of_rows(motions)
         self.rows = rows = state_rows(motion, None, control, actuators)
         # a force changes an output directly by the accelerations z'' and, with a loop, by rates and accelerations of
         # winches: by this matrix times the change of the states

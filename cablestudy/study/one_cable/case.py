@@ -9,6 +9,7 @@ from cablestudy.cable.catenary_in_drag import errors_by_parts
 from cablestudy.cable.damping import grows_with_modes
 from cablestudy.cable.dynamics import PLANAR
 from cablestudy.cable.geometry import midspan
+from cablestudy.cable.records import is_computed
 from cablestudy.errors import NoSolutionError
 from cablestudy.motion.model_sizes import MODAL
 from cablestudy.study.column import DISCRETE, SYSTEM, number_of, shapeless_error
@@ -497,9 +498,10 @@ class CableCase(ComparedCase):
     @property
     def solved_winds(self):
         """Analyses of winds in which the motion was computed: list of DynamicAnalysis."""
-        made = self.__dict__  # without making those that were not asked for
-        analyses = [made[name] for name in ("analysis", "in_wind_that_damps") if name in made]
-        analyses += self.in_cable_wind.analyses if "in_cable_wind" in made else []
+        # without making those that were not asked for
+        names = [name for name in ("analysis", "in_wind_that_damps") if is_computed(self, name)]
+        analyses = [getattr(self, name) for name in names]
+        analyses += self.in_cable_wind.analyses if is_computed(self, "in_cable_wind") else []
         return [analysis for analysis in analyses if analysis.solved]
 
     @property
