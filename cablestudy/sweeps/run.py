@@ -247,9 +247,12 @@ class Run:
         first = None
         for case, errors, cells in self.store.errors():
             first = case if varied or first is None else first
+            accuracy = accuracy_of(first)
+            if accuracy is None and not varied:  # the scenes state their elements
+                return
             cells = json.loads(cells) if probabilities else ()
             values = {header: cells[i] for header, i in probabilities.items()}
-            yield {name: error for name, error in errors.items() if name in headers}, values, accuracy_of(first)
+            yield {name: error for name, error in errors.items() if name in headers}, values, accuracy
 
     def interrupted(self, words):
         """Lines that say how to go on with a run that was ended."""
