@@ -51,7 +51,8 @@ PRELOAD = str(CONFIGS / "preload.yaml")
 TOO_SLACK = ("--set", "cable.preload=1 N")
 HEAVY = ("numpy", "scipy", "pandas", "pydantic", "pint", "matplotlib", "yaml")
 SUSPENSIONS = "cablestudy.study.suspension.case"
-PARTS = ("scipy.optimize", "scipy.interpolate", "scipy.linalg", "scipy.signal", SUSPENSIONS)  # each slow to import
+LOOPS = "cablestudy.control.loop_gain"
+PARTS = ("scipy.optimize", "scipy.interpolate", "scipy.linalg", "scipy.signal", SUSPENSIONS, LOOPS)  # slow to import
 
 
 COMMANDS = {
@@ -374,11 +375,11 @@ NEEDED = {
     ("static", "suspensions/trifilar.yaml"): {SUSPENSIONS},
     ("static", "suspensions/cable-robot.yaml"): {SUSPENSIONS},  # tensions that no bound changes
     ("modes", "carlina.yaml"): set(),  # masses are lumped
-    ("windrms", "carlina.yaml"): set(),
-    ("loop", "carlina.yaml"): set(),
+    ("windrms", "carlina.yaml"): {LOOPS},
+    ("loop", "carlina.yaml"): {LOOPS},
     ("static", "suspensions/net-2x2.yaml"): {SUSPENSIONS},  # form by force densities, few free points
     ("static", "suspensions/carlina-balloon-wind.yaml"): {SUSPENSIONS},  # a body on a free point
-    ("windrms", "suspensions/fast-wind.yaml"): {SUSPENSIONS},  # mean wind on cables
+    ("windrms", "suspensions/fast-wind.yaml"): {SUSPENSIONS, LOOPS},  # mean wind on cables
 }
 
 

@@ -11,6 +11,7 @@ from random_scenes import scene_data
 from scenes import scene
 from solved import rows_as_alone, solve_all
 
+import cablestudy as cs
 from cablestudy.cable import assembly, catenary, dynamics, equilibrium
 from cablestudy.cable.tolerances import CABLE
 from cablestudy.motion import body_damping, in_wind
@@ -106,6 +107,15 @@ def test_the_pole_of_a_strongly_damped_mode_costs_no_model_of_coupled_modes(monk
     monkeypatch.setattr(body_damping, "damped_poles", None)
     sets = "cable.diameter=3.5 mm", "cable.damping={model: kelvin_voigt, time: 5 ms}", "model={accuracy: 1e-4}"
     assert evaluate(scene(*sets), [find("gondola_damping_ratio")]).cells["gondola_damping_ratio"] > 0.02
+
+
+def test_errors_of_stated_elements_are_estimated_only_where_they_are_shown(counts):
+    """They need finer elements, each with a solution of its own; the state space takes in-plane and other modes once."""
+    answer = cs.load(CARLINA).compute("ssm")
+    assert counts["_solve"] == 2
+    (table,) = answer.tables.values()
+    assert next(iter(table.errors()))["frequency_Hz"] < 1e-2
+    assert counts["_solve"] > 2
 
 
 @pytest.mark.parametrize("path", [CARLINA, SLACK])

@@ -12,12 +12,12 @@ from suspension_cases import SUSPENSIONS, case_at, numbers, row, variances_of
 
 import cablestudy as cs
 from cablestudy.errors import ConvergenceError
-from cablestudy.motion.gust_response import error_of_root
 from cablestudy.motion.tolerances import MOTION
 from cablestudy.scene.scene import load_scene
 from cablestudy.study.columns import find
 from cablestudy.study.suspension import rows
 from cablestudy.study.suspension.case import SuspensionCase
+from cablestudy.system.comparison import error_of_root
 
 pytestmark = pytest.mark.usefixtures("folder")
 

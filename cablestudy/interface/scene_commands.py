@@ -111,12 +111,14 @@ class SceneCommands:
         return lambda plots, **options: plots.name_case(draw(plots, **options), case)
 
     def _above_accuracy(self, answer):
-        """A note on errors of an `Answer` that are above the accuracy, at most one; tuple of str."""
-        if answer.failures:
+        """A note on errors of an `Answer` that are above the accuracy, at most one; tuple of str.
+
+        Scenes that state their elements have none: their errors are estimated when they are shown, not for this.
+        """
+        accuracy = self.model.model.accuracy
+        if answer.failures or accuracy is None:
             return ()
         from cablestudy.study.notes import above_accuracy
-
-        accuracy = self.model.model.accuracy
 
         def named(name, row):
             return {f"{key} of {name}" if name else key: number for key, number in row.items()}

@@ -8,7 +8,7 @@ import numpy as np
 from cablestudy.control.margins import Margins
 from cablestudy.errors import known, outcome_of, outcomes, result_of
 from cablestudy.motion.closed_loop import ClosedLoop
-from cablestudy.motion.gust_response import GustResponse, error_of_root
+from cablestudy.motion.gust_response import GustResponse
 from cablestudy.motion.in_wind import LoopInWind, PlantInWind
 from cablestudy.motion.loop_stability import LoopStability
 from cablestudy.motion.model_search import closed_loops_of, search_models, stable_without_loop
@@ -16,7 +16,7 @@ from cablestudy.motion.model_sizes import ModelSizes
 from cablestudy.motion.plant import Plant
 from cablestudy.motion.tolerances import MOTION
 from cablestudy.motion.turbulence import OWN
-from cablestudy.system.comparison import relative
+from cablestudy.system.comparison import error_of_root, relative
 from cablestudy.system.coupled_modes import coupled_modes
 from cablestudy.system.mode_search import shaping_modes
 from cablestudy.system.together import computed_together

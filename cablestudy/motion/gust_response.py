@@ -394,15 +394,6 @@ class GustResponse:
         return self.closed_loop.plant.stiffness_of_outputs
 
 
-def error_of_root(error):
-    """Relative error of the root of a number with a relative error of its own, which may leave nothing of it. [-]
-
-    A variance that is smaller by its error has the root of sqrt(1 - e) times that stated: e/2 of small errors, 1 where
-    the variance may be zero.
-    """
-    return error / (1 + np.sqrt(np.maximum(1 - error, 0.0)))
-
-
 def _tension_errors_by_modes(value, by_modes, is_tension):
     """Estimated error, by the modes left out, of the variances of tensions, shape (w, o).
 

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cablestudy.motion.gust_response import error_of_root
 from cablestudy.motion.tolerances import MOTION
+from cablestudy.system.comparison import error_of_root
 from cablestudy.wind.peak import peak_factor, probability_beyond
 
 
