@@ -110,7 +110,7 @@ def test_the_pole_of_a_strongly_damped_mode_costs_no_model_of_coupled_modes(monk
 
 
 def test_errors_of_stated_elements_are_estimated_only_where_they_are_shown(counts):
-    """They need finer elements, each with a solution of its own; the state space takes in-plane and other modes once."""
+    """They need finer elements with a solution of their own; the state space has one in the plane and one across it."""
     answer = cs.load(CARLINA).compute("ssm")
     assert counts["_solve"] == 2
     (table,) = answer.tables.values()
