@@ -28,7 +28,7 @@ def relative(value, truth):
 
 def statics(cables, peers):
     """Lines: static columns."""
-    from cablestudy.study.scene_values import tables_of
+    from cablestudy.study.case_table import tables_of
     from cablestudy.study.study_rows import evaluate_tables
     from cablestudy.study.table_rows import has_answer
 

@@ -41,7 +41,7 @@ from cablestudy.study.one_cable.case_modes import modes
 from cablestudy.study.one_cable.models import solve_models
 from cablestudy.study.one_cable.results import Results
 from cablestudy.study.one_cable.ssm import nodal_shapes
-from cablestudy.study.scene_values import SceneValues
+from cablestudy.study.stated_numbers import StatedNumbers
 from cablestudy.system.cables import Models
 from cablestudy.system.ends import Ends
 from cablestudy.system.hanging_cables import Cables, FixedModel, fixed_meshes
@@ -345,7 +345,7 @@ def test_cases_of_a_batch_are_as_if_they_were_alone():
     pairs = [(1.0, 2.0), (1.0, 2.0), (0.1, 30.0)]
     sets = (hung((0.325, one), (0.75, other)) for one, other in pairs)
     scenes = [scene(*SAGGING, "model={accuracy: 1e-7}", one) for one in sets]
-    results = Results(SceneValues(scenes))
+    results = Results(StatedNumbers(scenes))
     cases = [CableCase(one, results, i).refined(1, 20) for i, one in enumerate(scenes)]
     solve_models(cases)
     assert cases[0].model[0] is cases[1].model[0]

@@ -11,10 +11,11 @@ from scenes import CHORD, LENGTH, scene
 from cablestudy.errors import NoSolutionError, SceneError
 from cablestudy.scene.scene import load_scene
 from cablestudy.scene.study import read_study
+from cablestudy.study.case_table import tables_of
 from cablestudy.study.columns import find
 from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.results import Results
-from cablestudy.study.scene_values import SceneValues, tables_of
+from cablestudy.study.stated_numbers import StatedNumbers
 from cablestudy.study.study_rows import evaluate_tables
 
 SCENE = """\
@@ -126,7 +127,7 @@ def test_properties_of_a_scene_of_arrays_are_those_of_each_case():
 def test_arrays_of_a_table_are_those_of_its_scenes(what):
     study = study_of(STUDIES[what][0])
     (table,), _ = tables_of(study, range(study.count))
-    alone = SceneValues([study.case(case)[1] for case in table.cases.tolist()])
+    alone = StatedNumbers([study.case(case)[1] for case in table.cases.tolist()])
     pairs = [(table.ends, alone.ends)] + [(table.loads(of_case), alone.loads(of_case)) for of_case in (False, True)]
     for arrays, expected in pairs:
         for array, other in zip(arrays, expected, strict=True):

@@ -20,7 +20,7 @@ from test_sag_tension import FOOT, POUND, TABLE_700, TABLE_1000, WEIGHT
 from cablestudy.cable.stress_strain import Condition, Curves
 from cablestudy.statics import equilibria, rest
 from cablestudy.study.one_cable.results import Results
-from cablestudy.study.scene_values import SceneValues
+from cablestudy.study.stated_numbers import StatedNumbers
 
 pytestmark = pytest.mark.usefixtures("folder")
 
@@ -73,7 +73,7 @@ def line(span, tension, rows, conductor="material: acsr-drake"):
 def solved(text, state, *sets):
     """`Results` of all cases of a scene in a state of its conductor."""
     whole = scene_of(text, *(f"cable.state={state}",) * bool(state), *sets)
-    return Results(SceneValues([whole.model_copy(update={"case": name}) for name in whole.cases]))
+    return Results(StatedNumbers([whole.model_copy(update={"case": name}) for name in whole.cases]))
 
 
 def halfway(results):
@@ -315,7 +315,7 @@ def test_rows_do_not_depend_on_their_neighbours():
     together = solved(text, "final")
     whole = scene_of(text, "cable.state=final")
     for place, name in enumerate(whole.cases):
-        alone = Results(SceneValues([whole.model_copy(update={"case": name})]))
+        alone = Results(StatedNumbers([whole.model_copy(update={"case": name})]))
         assert alone.statics.sag[0] == together.statics.sag[place]
         assert alone.state[0] == together.state[place]
 

@@ -21,13 +21,13 @@ from cablestudy.motion.tension_waves import change_by_waves
 from cablestudy.scene.scene import CableScene
 from cablestudy.scene.study import read_study
 from cablestudy.study.cable_columns import COLUMNS
+from cablestudy.study.case_table import tables_of
 from cablestudy.study.column import lacking_key
 from cablestudy.study.columns import find
 from cablestudy.study.one_cable import results
 from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.rows import evaluate, evaluate_cases
 from cablestudy.study.refinement import with_accuracy
-from cablestudy.study.scene_values import tables_of
 from cablestudy.study.study_rows import evaluate_tables
 from cablestudy.study.suspension.rows import evaluate_suspensions
 from cablestudy.study.table_rows import has_answer

@@ -13,11 +13,11 @@ from cablestudy.scene.scene import load_scene
 from cablestudy.scene.schema import study_schema
 from cablestudy.scene.study import read_study
 from cablestudy.study import find as find_module
+from cablestudy.study.case_table import tables_of
 from cablestudy.study.columns import column_named
 from cablestudy.study.columns import find as column
 from cablestudy.study.find_rows import evaluate_found
 from cablestudy.study.one_cable.rows import evaluate
-from cablestudy.study.scene_values import tables_of
 
 SPAN, MODULUS, AREA, DENSITY, GRAVITY = 200.0, 160e9, 1e-4, 7850.0, 9.81
 STIFFNESS, WEIGHT = MODULUS * AREA, DENSITY * AREA * GRAVITY  # N; N/m of unstretched length

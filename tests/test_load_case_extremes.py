@@ -20,7 +20,7 @@ from cablestudy.study.columns import find
 from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.results import NO_FORM, Results
 from cablestudy.study.one_cable.rows import evaluate
-from cablestudy.study.scene_values import SceneValues
+from cablestudy.study.stated_numbers import StatedNumbers
 
 ASKED = (
     "preload", "max_tension", "min_tension", "sag", "swing", "clearance", "lowest_point", "tension_1", "tension_2",
@@ -49,7 +49,7 @@ def test_every_number_is_finite_or_has_a_reason(seed):
 
 def in_uniform_drag(scene):
     """Header -> number of the columns COMPARED in uniform drag: dict."""
-    results = Results(SceneValues([scene]))
+    results = Results(StatedNumbers([scene]))
     results.form = results.catenary
     return {column.header: column.compute(results)[0] for column in map(find, COMPARED)}
 

@@ -14,7 +14,7 @@ from cablestudy.scene.scene import load_scene
 from cablestudy.scene.schema import scene_schema, suspension_schema
 from cablestudy.scene.study import read_study
 from cablestudy.scene.units import to_si
-from cablestudy.study.scene_values import tables_of
+from cablestudy.study.case_table import tables_of
 
 pytestmark = pytest.mark.usefixtures("folder")
 

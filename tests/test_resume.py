@@ -25,8 +25,8 @@ from command import CONFIGS, LONGEST, SLACK, go_on, interrupt, process, run, sta
 
 from cablestudy.errors import SceneError
 from cablestudy.scene.study import read_study
+from cablestudy.study.case_table import CaseTable, tables_of
 from cablestudy.study.prepare import prepare
-from cablestudy.study.scene_values import CaseTable, tables_of
 from cablestudy.sweeps import chunks, driver
 from cablestudy.sweeps.database import Database
 from cablestudy.sweeps.fingerprint import RESULTS_VERSION, digest, identity, versions

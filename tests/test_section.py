@@ -7,7 +7,7 @@ from command import run, study_file, table_of
 from scenes import cells, computed, scene_of
 
 from cablestudy.scene.study import read_study
-from cablestudy.study.scene_values import tables_of
+from cablestudy.study.case_table import tables_of
 
 pytestmark = pytest.mark.usefixtures("folder")
 

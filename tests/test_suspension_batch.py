@@ -14,9 +14,9 @@ from test_suspension_links import random_scene
 from cablestudy.cable.damping import Damping
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.scene.study import read_study
+from cablestudy.study.case_table import tables_of
 from cablestudy.study.columns import find
 from cablestudy.study.prepare import prepare
-from cablestudy.study.scene_values import tables_of
 from cablestudy.study.study_rows import evaluate_tables
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.group import Group

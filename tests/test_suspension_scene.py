@@ -23,8 +23,8 @@ from cablestudy.scene.schema import suspension_schema
 from cablestudy.scene.study import read_study
 from cablestudy.scene.suspension import SUSPENSION_TABLES
 from cablestudy.statics.suspension import CORES
+from cablestudy.study.case_table import tables_of
 from cablestudy.study.prepare import check_cases
-from cablestudy.study.scene_values import tables_of
 from cablestudy.study.suspension.numbers import distribution_of, numbers_of
 
 FILES = [path for path in sorted(SUSPENSIONS.glob("*.yaml")) if "\nvary:" not in path.read_text(encoding="utf-8")]

@@ -315,7 +315,7 @@ class KeyTable(BaseModel):
         ------
         list of (tuple, bool or ndarray of bool, str or callable)
             Path inside the table, whether it holds, and the message when it does not, or a function that returns it. A
-            list is checked only when all before it hold. Numbers may be arrays of many cases, see `study.scene_values`;
+            list is checked only when all before it hold. Numbers may be arrays of many cases, see `study.case_table`;
             what a message says of them is written by a function, when it is asked for.
         """
         return ()

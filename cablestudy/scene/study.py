@@ -189,7 +189,7 @@ class StudyFile:
     def case(self, index):
         """Overrides and scene of one case, from 0; the key that `find` solves for is as in the base scene.
 
-        `study.scene_values` reads many cases at once.
+        `study.case_table` reads many cases at once.
 
         Raises
         ------

@@ -13,12 +13,12 @@ from cablestudy.scene.scene import read_scene
 from cablestudy.scene.section import Share
 from cablestudy.scene.units import common_factor
 from cablestudy.scene.words import counted
+from cablestudy.study.case_table import tables_of
 from cablestudy.study.column import CLOSED
 from cablestudy.study.columns import find
 from cablestudy.study.limits import limits_of
 from cablestudy.study.roots import Effort, find_zeros, points_between, ranges_about
 from cablestudy.study.scene_kind import kind_of, why_not
-from cablestudy.study.scene_values import tables_of
 from cablestudy.study.study_rows import evaluate, evaluate_tables
 from cablestudy.study.table import Table
 from cablestudy.study.table_rows import STATUS, has_answer

@@ -13,10 +13,10 @@ import numpy as np
 
 from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.scene.words import counted, first_of
+from cablestudy.study.case_table import CaseTable
 from cablestudy.study.find import KeyValues, column_values, solve
 from cablestudy.study.goal import goal_of_study
 from cablestudy.study.scene_kind import kind_of
-from cablestudy.study.scene_values import CaseTable
 from cablestudy.study.study_rows import evaluate_tables
 from cablestudy.study.table_rows import batched
 from cablestudy.study.tolerances import STUDY

@@ -5,7 +5,7 @@ mass per length, and so to the weight and to the inertia. A steady wind adds a u
 C_d q D |u_n| u_n, with the part u_n of its direction across the chord and the diameter D with ice; where the wind
 grows with the height, with the mean of q along the cable.
 
-`values` are those of n scenes of one cable, `SceneValues` or a `CaseTable`, or of c cables each, `CableValues`: the
+`values` are those of n scenes of one cable, `StatedNumbers` or a `CaseTable`, or of c cables each, `CableNumbers`: the
 shape (...) of what follows from them is (n,) or (n, c).
 """
 
@@ -35,7 +35,7 @@ def bare_spans(values):
 
 
 def point_loads(values, of_case):
-    """Point loads of cables: see `scene_values.load_arrays`, but with the weight of their masses in their forces.
+    """Point loads of cables: see `load_arrays.load_arrays`, but with the weight of their masses in their forces.
 
     They are those of the chosen case, or (without `of_case`) of the reference state.
     """
@@ -79,7 +79,7 @@ def with_loads(span, values, of_case, length_ratio=None):
     ----------
     span : Span
         The cables without point loads, fields of shape (n,).
-    values : SceneValues or CaseTable
+    values : StatedNumbers or CaseTable
     of_case : bool
         Whether the loads of the load cases are added too, or only those of the reference state.
     length_ratio : ndarray, shape (n,), optional
@@ -115,7 +115,7 @@ def loaded_spans(span, values, strain, shift=None, length_changes=None, drag=Non
     ----------
     span : Span
         The cables in the reference state, without point loads; fields of shape (n,).
-    values : SceneValues or CaseTable
+    values : StatedNumbers or CaseTable
     strain : ndarray, shape (n,)
         s: chord length over unstretched length, minus 1, in the reference state. [-]
     shift : ndarray, shape (n,), optional
@@ -175,7 +175,7 @@ def steady_drag(values, ends, load_ratio=1.0):
 
     Parameters
     ----------
-    values : SceneValues or CaseTable
+    values : StatedNumbers or CaseTable
     ends : ndarray, shape (n, 2, 3)
         Positions of both ends of each cable. [m]
     load_ratio : float or ndarray, shape (n,)

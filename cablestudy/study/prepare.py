@@ -11,12 +11,12 @@ from cablestudy.scene.scene import field_of, quantity_of
 from cablestudy.scene.study import ALL_COLUMNS
 from cablestudy.scene.tolerances import SCENE
 from cablestudy.scene.words import counted
+from cablestudy.study.case_table import tables_of
 from cablestudy.study.columns import column_named, find, find_header, key_column
 from cablestudy.study.find import check_goal
 from cablestudy.study.goal import goal_of_study
 from cablestudy.study.limits import limits_of
 from cablestudy.study.scene_kind import why_not
-from cablestudy.study.scene_values import tables_of
 from cablestudy.study.table import Field, number, stream_csv
 from cablestudy.study.table_rows import STATUS
 from cablestudy.study.varied_keys import varied_key, varied_keys

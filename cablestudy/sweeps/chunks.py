@@ -13,9 +13,9 @@ import numpy as np
 from pydantic_core import to_json
 
 from cablestudy.errors import SceneError
+from cablestudy.study.case_table import CaseTable, tables_of
 from cablestudy.study.columns import column_named
 from cablestudy.study.find_rows import evaluate_found
-from cablestudy.study.scene_values import CaseTable, tables_of
 from cablestudy.study.study_rows import evaluate_tables
 from cablestudy.study.table_rows import has_answer
 from cablestudy.sweeps.fingerprint import versions

@@ -16,12 +16,12 @@ from cablestudy.errors import CablestudyError, NoSolutionError, SceneError
 from cablestudy.interrupts import Interrupts
 from cablestudy.scene.tolerances import SCENE
 from cablestudy.scene.words import counted, first_of
+from cablestudy.study.case_table import tables_of
 from cablestudy.study.column import CLOSED
 from cablestudy.study.columns import find_header
 from cablestudy.study.notes import above_accuracy, is_probability
 from cablestudy.study.prepare import prepare
 from cablestudy.study.scene_kind import kind_of
-from cablestudy.study.scene_values import tables_of
 from cablestudy.study.table import write_whole
 from cablestudy.study.table_rows import FALLEN, OK, OVER_STRENGTH, SLACK
 from cablestudy.sweeps.chunks import Chunks, scene_hashes

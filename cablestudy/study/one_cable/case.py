@@ -19,7 +19,7 @@ from cablestudy.study.one_cable.asked_modes import AskedModes, found_frequencies
 from cablestudy.study.one_cable.models import ElementResults, model_of, numbers_of
 from cablestudy.study.one_cable.results import Results
 from cablestudy.study.refinement import reference_scene
-from cablestudy.study.scene_values import SceneValues
+from cablestudy.study.stated_numbers import StatedNumbers
 from cablestudy.study.statics import ClosedStatics, ElementStatics
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.together import computed_together
@@ -88,7 +88,7 @@ class CableCase(ComparedCase):
     def __init__(self, scene, results=None, index=0, level=None, cache_by_level=None, asked_modes=NO_MODES):
         self.scene, self.index, self.level, self.asked_modes = scene, index, level, asked_modes
         self.exact_statics = scene.model.elements is None
-        self.results = results or Results(SceneValues([scene]))
+        self.results = results or Results(StatedNumbers([scene]))
         self._cache_by_level, self.computed = {} if cache_by_level is None else cache_by_level, {}
         self.cache, self.together = self._cache_by_level.setdefault(level, {}), ()
         self._modes_searched = [0]  # counts of modes among which an axial one was found
@@ -159,7 +159,7 @@ class CableCase(ComparedCase):
         return float(self.results.mode_error[self.index])
 
     def given(self, path):
-        """A number that the scene states; see `SceneValues.given`."""
+        """A number that the scene states; see `StatedNumbers.given`."""
         return self.results.given(path)[self.index]
 
     @cached_property

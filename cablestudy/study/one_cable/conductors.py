@@ -10,7 +10,7 @@ from cablestudy.study import load_cases
 from cablestudy.study.conductors import Conductors, LinearCables, distinct_without_case, tensions_along
 from cablestudy.study.one_cable.loaded_cables import loaded_cables
 from cablestudy.study.one_cable.reference_length import chord_strain
-from cablestudy.study.scene_values import SceneValues
+from cablestudy.study.stated_numbers import StatedNumbers
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ def equivalent_cables(values):
 
     Parameters
     ----------
-    values : SceneValues or CaseTable
+    values : StatedNumbers or CaseTable
         Values of n scenes of one cable, all of which have such conductors, or none; a `CaseTable` never has.
 
     Returns
@@ -51,7 +51,7 @@ def equivalent_cables(values):
     if values.scenes[0].cable.stress_strain is None:
         return None
     distinct_scenes, indices = distinct_without_case(values.scenes)
-    values_without_case = SceneValues(distinct_scenes)
+    values_without_case = StatedNumbers(distinct_scenes)
 
     def solve_reference(stiffness, elongation, _):
         """Tensions and state without load case, as `Conductors` asks for them."""
@@ -61,7 +61,7 @@ def equivalent_cables(values):
         """Tensions in load cases, as `Conductors` asks for them; the mean is NaN without an equilibrium."""
         chord_strains, _ = reference
         cables = LinearCables(*linear, condition=None, strain=None, earlier_errors=None, labels=None)
-        loaded = loaded_cables(SceneValues(cases), EquivalentCables(cables, chord_strains[chosen], {}))
+        loaded = loaded_cables(StatedNumbers(cases), EquivalentCables(cables, chord_strains[chosen], {}))
         catenary = solve(loaded.span)
         exists = catenary.record.converged | (catenary.record.reason == UNDETERMINED)
         exists[list(loaded.reasons)] = False
@@ -81,7 +81,7 @@ def _reference_state(values, stiffness, elongation):
 
     Parameters
     ----------
-    values : SceneValues
+    values : StatedNumbers
         Values of the n scenes.
     stiffness : ndarray, shape (n,)
         EA of the linear cables. [N]

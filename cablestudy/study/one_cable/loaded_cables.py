@@ -54,7 +54,7 @@ def loaded_cables(values, equivalent=None):
 
     Parameters
     ----------
-    values : SceneValues or CaseTable
+    values : StatedNumbers or CaseTable
         Values of the n scenes.
     equivalent : EquivalentCables, optional
         Linear cables that replace the n conductors with permanent elongation.

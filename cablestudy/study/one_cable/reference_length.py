@@ -21,7 +21,7 @@ def chord_strain(span, values, length_ratio=None):
     ----------
     span : Span
         The cables without point loads, fields of shape (n,).
-    values : SceneValues or CaseTable
+    values : StatedNumbers or CaseTable
         Values of the n scenes.
     length_ratio : ndarray, shape (n,), optional
         Unstretched lengths of `span` over the lengths that the scenes state; by default 1. Different from 1 for linear

@@ -34,7 +34,7 @@ class Results:
 
     Parameters
     ----------
-    values : SceneValues or CaseTable
+    values : StatedNumbers or CaseTable
         Values of the n scenes; all load cases have a steady wind, or none has.
     drag_parts : int
         Equal parts of each smooth piece of a cable, on which the drag of a steady wind varies as a polynomial.
@@ -44,7 +44,7 @@ class Results:
         self.values, self._drag_parts, self._along = values, drag_parts, {}
 
     def given(self, path):
-        """A number that each scene states, shape (n,); see `SceneValues.given`."""
+        """A number that each scene states, shape (n,); see `StatedNumbers.given`."""
         return self.values.given(path)
 
     @cached_property
@@ -291,7 +291,7 @@ class Results:
 
     @property
     def grounds(self):
-        """Ground of each case, see `SceneValues.grounds`."""
+        """Ground of each case, see `StatedNumbers.grounds`."""
         return self.values.grounds
 
     @cached_property

@@ -8,13 +8,14 @@ from cablestudy.study import notes
 from cablestudy.study.cable_columns import is_of_one_cable
 from cablestudy.study.column import lacking_key
 from cablestudy.study.columns import find
+from cablestudy.study.load_arrays import load_count
 from cablestudy.study.motion_columns import goes_slack
 from cablestudy.study.one_cable import models
 from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.closed_form import ColumnRequirements, by_elements, closed_form
 from cablestudy.study.one_cable.results import Results
 from cablestudy.study.refinement import reference_scene
-from cablestudy.study.scene_values import SceneValues, load_count
+from cablestudy.study.stated_numbers import StatedNumbers
 from cablestudy.study.table_rows import OVER_STRENGTH, SLACK, Row, RowBatch, batched
 from cablestudy.study.tolerances import STUDY
 
@@ -122,7 +123,7 @@ class CableBatch(RowBatch):
     @cached_property
     def results(self):
         """`Results` of all cases."""
-        return Results(SceneValues(self.scenes))
+        return Results(StatedNumbers(self.scenes))
 
     def solve_statics(self):
         """Compute the closed forms of all cases."""

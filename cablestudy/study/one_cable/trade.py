@@ -16,6 +16,7 @@ from cablestudy.study.cable_columns import is_of_one_cable
 from cablestudy.study.column import value_and_error
 from cablestudy.study.columns import find
 from cablestudy.study.compared_models import ACCURACIES, LEVELS, ComparedModel, controlled_models, element_models
+from cablestudy.study.load_arrays import load_count
 from cablestudy.study.motion_columns import GONDOLA_X
 from cablestudy.study.notes import strength_warning as strength_warning
 from cablestudy.study.one_cable.asked_modes import AskedModes
@@ -23,7 +24,6 @@ from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.columns import column_of_one_cable
 from cablestudy.study.one_cable.system import analysis_of, in_cable_wind_of
 from cablestudy.study.refinement import with_accuracy, with_elements
-from cablestudy.study.scene_values import load_count
 from cablestudy.system.assemble import assemble
 from cablestudy.system.damping import damped_poles
 from cablestudy.system.ends import Ends

@@ -12,10 +12,10 @@ from cablestudy.errors import NoSolutionError
 from cablestudy.statics.rigid import point_movement
 from cablestudy.statics.suspension import GROUND
 from cablestudy.study.column import number_of, of_part
-from cablestudy.study.scene_values import merged_loads
+from cablestudy.study.load_arrays import merged_loads
 from cablestudy.study.statics import ClosedStatics
 from cablestudy.study.suspension.group import Group, HangingCable
-from cablestudy.study.suspension.numbers import CableValues, SingleCable
+from cablestudy.study.suspension.numbers import CableNumbers, SingleCable
 from cablestudy.study.tolerances import STUDY
 
 
@@ -144,8 +144,8 @@ class SuspensionAtRest:
 
     @cached_property
     def _values(self):
-        """`CableValues` of this case."""
-        return CableValues([self.scene])
+        """`CableNumbers` of this case."""
+        return CableNumbers([self.scene])
 
     def _ends_held(self, cable):
         """True of a cable, by its index, whose ends are both where the scene says."""

@@ -13,7 +13,7 @@ from cablestudy.cable.steady_drag import SteadyDrag
 from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.loaded_cables import LoadedCables
 from cablestudy.study.one_cable.results import Results
-from cablestudy.study.scene_values import SceneValues
+from cablestudy.study.stated_numbers import StatedNumbers
 from cablestudy.study.suspension.numbers import SingleCable
 
 
@@ -40,7 +40,7 @@ class CableModes(Results):
 
     def __init__(self, scene, form, drag, mode_error, finer):
         count = len(form.span.chord)
-        super().__init__(SceneValues([SingleCable(scene, name) for name in scene.cables]))
+        super().__init__(StatedNumbers([SingleCable(scene, name) for name in scene.cables]))
         self.catenary, self.form, self.finer = form, form, finer
         self.mode_error = np.full(count, mode_error)
         drag = SteadyDrag(np.zeros(count), np.zeros((count, 3))) if drag is None else drag

@@ -29,7 +29,7 @@ from cablestudy.study.suspension.load_cases import (
     numbers_at_rest,
     too_long,
 )
-from cablestudy.study.suspension.numbers import CableValues, SingleCable, distribution_of, loads_of
+from cablestudy.study.suspension.numbers import CableNumbers, SingleCable, distribution_of, loads_of
 from cablestudy.study.tolerances import STUDY
 from cablestudy.wind.mean import equilibrium_in_wind
 
@@ -53,7 +53,7 @@ class CableResults(Results):
     """
 
     def __init__(self, scenes, equilibrium, reference_length):
-        super().__init__(CableValues(scenes))
+        super().__init__(CableNumbers(scenes))
         self._equilibrium, self._columns = equilibrium, {}
         self.form = equilibrium.catenary
         self.loaded = LoadedCables(self.form.span, None, reference_length, None, None, {})

@@ -24,7 +24,7 @@ from cablestudy.study.load_cases import (
     shrunk,
     wind_direction,
 )
-from cablestudy.study.suspension.numbers import CableValues, loads_of, numbers_of
+from cablestudy.study.suspension.numbers import CableNumbers, loads_of, numbers_of
 from cablestudy.study.tolerances import STUDY
 from cablestudy.wind.mean import Drag, equilibrium_in_wind
 
@@ -106,7 +106,7 @@ def loaded_state(reference, scenes, forced=True, cables=None):
     NoSolutionError
         The cables that are left do not hold a body.
     """
-    present, values = cables_left(reference, scenes[0]), CableValues(scenes)
+    present, values = cables_left(reference, scenes[0]), CableNumbers(scenes)
     suspension, lengths = reference.suspension, reference.lengths
     if len(present) < lengths.shape[-1]:  # the load case has lost cables
         suspension, lengths = suspension.with_cables(present), lengths[:, present]
@@ -209,7 +209,7 @@ def _reference_loads(scenes):
     """
     if not any(loads_of(scenes[0], of_case=False)):
         return {}
-    positions, fractions, forces, _ = point_loads(CableValues(scenes), of_case=False)
+    positions, fractions, forces, _ = point_loads(CableNumbers(scenes), of_case=False)
     absent = np.isnan(positions) & np.isnan(fractions)  # these places carry nothing
     number = np.cumsum(absent, axis=-1)
     fractions = np.where(absent, (number - 1 + STUDY.unloaded_fraction) / np.maximum(number[..., -1:], 1), fractions)
@@ -244,7 +244,7 @@ def _case_loads(values, names, lengths, length_ratio):
 
     Parameters
     ----------
-    values : CableValues
+    values : CableNumbers
         Values of the n scenes, with equally many loads on cables of the same name.
     names : sequence of str
         Names of the cables.

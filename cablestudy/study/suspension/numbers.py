@@ -9,7 +9,8 @@ from cablestudy.scene.scene import CableScene
 from cablestudy.scene.suspension_tables import Tensions
 from cablestudy.statics import rigid
 from cablestudy.statics.suspension import GROUND, SuspendedSystem
-from cablestudy.study.scene_values import SceneValues, load_arrays, position_count
+from cablestudy.study.load_arrays import load_arrays, position_count
+from cablestudy.study.stated_numbers import StatedNumbers
 
 ORIGIN = (0.0, 0.0, 0.0)
 OF_JUNCTION = (True, True, True, False, False, False)  # its free displacements and rotations
@@ -43,8 +44,8 @@ class SingleCable:
         return getattr(self._scene, name)
 
 
-class CableValues:
-    """Numbers that scenes state of their cables, as `SceneValues` with a second axis of c cables.
+class CableNumbers:
+    """Numbers that scenes state of their cables, as `StatedNumbers` with a second axis of c cables.
 
     Parameters
     ----------
@@ -57,11 +58,11 @@ class CableValues:
 
     @cached_property
     def _of_cables(self):
-        """`SceneValues` of all cables, scene by scene."""
-        return SceneValues([SingleCable(scene, name) for scene in self._scenes for name in scene.cables])
+        """`StatedNumbers` of all cables, scene by scene."""
+        return StatedNumbers([SingleCable(scene, name) for scene in self._scenes for name in scene.cables])
 
     def given(self, path):
-        """A number of each cable of each scene, shape (n, c); see `SceneValues.given`."""
+        """A number of each cable of each scene, shape (n, c); see `StatedNumbers.given`."""
         return self._of_cables.given(path).reshape(len(self._scenes), len(self._scenes[0].cables))
 
     @property

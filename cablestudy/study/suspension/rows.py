@@ -7,8 +7,8 @@ import numpy as np
 
 from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError, known
 from cablestudy.scene.words import first_of
+from cablestudy.study.load_arrays import position_count
 from cablestudy.study.refinement import reference_scene
-from cablestudy.study.scene_values import position_count
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.group import Group
 from cablestudy.study.suspension.notes import fallen, notes_of, strength_warning

@@ -1,11 +1,7 @@
-"""Values of many scenes as arrays with an axis of cases, and the tables of cases that a study describes.
+"""Cases of a study that differ in plain numbers only: one scene whose varied numbers are arrays with an axis of cases.
 
-Cases that differ in plain numbers only are one scene whose varied numbers are arrays: each key is read and checked once
-for all of them.
+So each key is read and checked once for all of them.
 """
-
-from functools import cached_property
-from operator import add
 
 import numpy as np
 from pydantic_core import PydanticCustomError
@@ -15,142 +11,16 @@ from cablestudy.scene.fields import KeyTable
 from cablestudy.scene.layers import split_key
 from cablestudy.scene.sampling import Sampled
 from cablestudy.scene.scene import quantity_of
-from cablestudy.study.column import attribute, is_absent, lacking_error, lacking_key
+from cablestudy.study.column import attribute, lacking_error, lacking_key
+from cablestudy.study.load_arrays import load_arrays, merged_loads
+from cablestudy.study.stated_numbers import StatedNumbers
 
 # names in keys of quantities that are no columns: a scene takes their sine, compares them one by one, or cables follow
 NOT_COLUMNS = ("materials", "attitude", "forces", "moves", "stress_strain")
 POSITIONS = ("at", "fraction")  # of point loads, which a scene compares with each other
-NO_LOAD = np.nan, np.nan, (0.0, 0.0, 0.0), 0.0  # an entry of `merged_loads` where a cable has fewer loads than others
 
 
-class SceneValues:
-    """Values of n scenes of one cable as arrays with an axis of scenes. All have point loads at equally many places."""
-
-    def __init__(self, scenes):
-        self.scenes, self._numbers, self._values = scenes, {}, {"": scenes}
-
-    def __len__(self):
-        return len(self.scenes)
-
-    def take(self, indices):
-        """`SceneValues` of the scenes at some indices, shape (m,)."""
-        return SceneValues([self.scenes[index] for index in indices.tolist()])
-
-    def given(self, path):
-        """A number of each scene, like `cable.section_area`, in SI; NaN where there is none: shape (n,)."""
-        if path not in self._numbers:
-            self._numbers[path] = np.array(self._values_at(path), dtype=float)
-        return self._numbers[path]
-
-    def _values_at(self, path):
-        """Value of each scene at a path with dots, None where part of the path is missing: list."""
-        if path not in self._values:
-            parent, _, name = path.rpartition(".")
-            tables = self._values_at(parent)
-            values = [table.get(name) if isinstance(table, dict) else getattr(table, name, None) for table in tables]
-            self._values[path] = values
-        return self._values[path]
-
-    def words(self, path):
-        """A word of each scene, like `cable.tension.at`; empty where there is none: ndarray of str, shape (n,)."""
-        return np.array([word or "" for word in self._values_at(path)])
-
-    def lacking(self, column):
-        """Case -> NoSolutionError, of the cases that lack a key which a column needs."""
-        cases = set()
-        for key in column.keys:
-            cases |= set.intersection(*map(self._without, key.split("|")))
-        return {case: lacking_error(self.scenes[case], column) for case in sorted(cases)}
-
-    def _without(self, path):
-        """Cases without a value at a path: set of int."""
-        return {case for case, value in enumerate(self._values_at(path)) if is_absent(value)}
-
-    @cached_property
-    def ends(self):
-        """Positions of end 1 and end 2, each of shape (n, 3). [m]"""
-        return np.array(self._values_at("cable.end_1")), np.array(self._values_at("cable.end_2"))
-
-    @cached_property
-    def moves(self):
-        """Displacements of end 1 and end 2 by the load cases, shape (n, 2, 3). [m]"""
-        return np.stack([self._values_at(f"load_case.moves.{end}") for end in ("end_1", "end_2")], axis=1)
-
-    @cached_property
-    def push(self):
-        """Forces of the load cases on end 2 along x, shape (n,). [N]"""
-        return np.array(self._values_at("load_case.forces.end_2"))[:, 0]
-
-    @property
-    def grounds(self):
-        """Ground of each scene: list of n."""
-        return self._values_at("ground")
-
-    def loads(self, of_case):
-        """Point loads of the cables, with `of_case` also those of their load cases; see `load_arrays`."""
-        return load_arrays(self._values_at("loads" if of_case else "cable.loads"))
-
-
-def load_arrays(loads_of_cables):
-    """Point loads of n cables as arrays; loads of one cable at the same position are added.
-
-    k is the largest number of loaded positions on a cable; the other cables have empty entries at the end.
-
-    Parameters
-    ----------
-    loads_of_cables : list of tuple of Load
-        For each cable its loads.
-
-    Returns
-    -------
-    positions : ndarray, shape (n, k)
-        Arc length from end 1 on the unstretched cable; NaN of a load whose fraction is stated, and of an empty entry.
-        [m]
-    fractions : ndarray, shape (n, k)
-        Share of the unstretched length; NaN of a load whose arc length is stated, and of an empty entry. [-]
-    forces : ndarray, shape (n, k, 3)
-        Global axes, without the weight of `masses`. [N]
-    masses : ndarray, shape (n, k)
-        [kg]
-    """
-    if not any(loads_of_cables):
-        return tuple(np.zeros((len(loads_of_cables), 0, *size)) for size in ((), (), (3,), ()))
-    merged = [merged_loads(loads) for loads in loads_of_cables]
-    count = max(map(len, merged))
-    entries = [load for loads in merged for load in (*loads, *[NO_LOAD] * (count - len(loads)))]
-    positions, fractions, forces, masses = map(np.array, zip(*entries, strict=True))
-    shape = len(merged), count
-    return positions.reshape(shape), fractions.reshape(shape), forces.reshape(*shape, 3), masses.reshape(shape)
-
-
-def merged_loads(loads):
-    """(position, fraction, force, mass) of point loads, those at one position added, ascending from end 1."""
-    merged = {}
-    for load in loads:
-        position = np.nan if load.at is None else load.at, np.nan if load.fraction is None else load.fraction
-        key, mass = (load.at, load.fraction), 0.0 if load.mass is None else load.mass
-        force = (0.0, 0.0, 0.0) if load.force is None else load.force
-        if key in merged:
-            *_, other_force, other_mass = merged[key]
-            force, mass = tuple(map(add, other_force, force)), other_mass + mass
-        merged[key] = (*position, force, mass)
-    return sorted(merged.values(), key=lambda load: load[:2])
-
-
-def load_count(scene):
-    """Number of positions at which the cable carries point loads, in the reference state and in its load case. [-]"""
-    return (position_count(scene.cable.loads), position_count(loads)) if (loads := scene.loads) else (0, 0)
-
-
-def position_count(loads):
-    """Number of positions of point loads. [-]"""
-    return len({(load.at, load.fraction) for load in loads}) if loads else 0
-
-
-# ------------------------------------------------------------------------------------------------- cases of a study
-
-
-class CaseTable(SceneValues):
+class CaseTable(StatedNumbers):
     """Values of n cases of a study whose scenes differ only in numbers: one scene, whose varied numbers are arrays.
 
     Parameters
@@ -175,7 +45,7 @@ class CaseTable(SceneValues):
         return self if len(indices) == len(self) else _table_of_cases(self.scene, self.cases, self.values, indices)
 
     def given(self, path):
-        """A number of each case in SI, see `SceneValues.given`."""
+        """A number of each case in SI, see `StatedNumbers.given`."""
         return self._array(attribute(self.scene, path))
 
     def _values_at(self, path):
@@ -183,18 +53,18 @@ class CaseTable(SceneValues):
         return [attribute(self.scene, path)] * len(self)
 
     def lacking(self, column):
-        """Cases that lack a key which a column needs, see `SceneValues.lacking`."""
+        """Cases that lack a key which a column needs, see `StatedNumbers.lacking`."""
         if not lacking_key(self.scene, column):
             return {}
         return dict.fromkeys(range(len(self)), lacking_error(self.scene, column))
 
     @property
     def ends(self):
-        """Positions of both ends, see `SceneValues.ends`."""
+        """Positions of both ends, see `StatedNumbers.ends`."""
         return self._arrays(self.scene.cable.end_1), self._arrays(self.scene.cable.end_2)
 
     def loads(self, of_case):
-        """Point loads, see `SceneValues.loads`."""
+        """Point loads, see `StatedNumbers.loads`."""
         merged = merged_loads(self.scene.loads if of_case else self.scene.cable.loads)
         if not merged:
             return load_arrays([()] * len(self))
