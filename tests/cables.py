@@ -253,7 +253,7 @@ def excited(case):
 
 def along_x(case):
     """`Superelement` of a `CableCase` with the motion that moving its ends along x excites, and all modes of that."""
-    elements, row = case.model
+    elements, row = case.elements
     return elements.ends(excited(case).planes).superelement(case.scene.cable.damping, row)
 
 

@@ -38,7 +38,7 @@ from cablestudy.control.one_cable import state_space
 from cablestudy.scene.scene import load_scene
 from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.case_modes import modes
-from cablestudy.study.one_cable.models import solve_models
+from cablestudy.study.one_cable.elements import solve_elements
 from cablestudy.study.one_cable.results import Results
 from cablestudy.study.one_cable.ssm import nodal_shapes
 from cablestudy.study.stated_numbers import StatedNumbers
@@ -347,8 +347,8 @@ def test_cases_of_a_batch_are_as_if_they_were_alone():
     scenes = [scene(*SAGGING, "model={accuracy: 1e-7}", one) for one in sets]
     results = Results(StatedNumbers(scenes))
     cases = [CableCase(one, results, i).refined(1, 20) for i, one in enumerate(scenes)]
-    solve_models(cases)
-    assert cases[0].model[0] is cases[1].model[0]
+    solve_elements(cases)
+    assert cases[0].elements[0] is cases[1].elements[0]
     for case in cases:
         found = case.dynamics.modes(8).frequency
         assert np.array_equal(found, CableCase(case.scene).refined(1, 20).dynamics.modes(8).frequency)

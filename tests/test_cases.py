@@ -186,7 +186,7 @@ def test_cases_unlike_others_are_solved_together(monkeypatch):
             super().__init__(values)
 
     monkeypatch.setattr("cablestudy.study.one_cable.rows.Results", Counted)
-    monkeypatch.setattr("cablestudy.study.one_cable.closed_form.Results", Counted)
+    monkeypatch.setattr("cablestudy.study.one_cable.static_columns.Results", Counted)
     tables, _ = tables_of(study, range(study.count))
     rows = evaluate_tables(tables, [find("sag")])
     assert batches == [study.count]

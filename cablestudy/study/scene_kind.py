@@ -16,8 +16,8 @@ class SceneKind:
 
     # scenes, columns, whether to estimate the errors of models with a stated number of elements -> list of Row
     evaluate: Callable
-    # `CaseTable`, columns -> rows of all of its cases at once by closed forms, see `one_cable.closed_form`; None where
-    # each case takes its own scene; None in place of the function where that is always so
+    # `CaseTable`, columns -> rows of all its cases at once, see `one_cable.static_columns`; None where each case takes
+    # its own scene; None in place of the function where that is always so
     evaluate_table: Callable | None
     why_not: Callable  # scene, column -> reason for which the scene cannot have it, empty where it can
     # scene, name of a column -> list of cable and its column of that name, where the name stands for those of several
@@ -58,7 +58,7 @@ def _one_cable():
     from cablestudy.study.notes import reference_without_loads
     from cablestudy.study.one_cable import columns
     from cablestudy.study.one_cable.case import CableCase
-    from cablestudy.study.one_cable.closed_form import evaluate_table
+    from cablestudy.study.one_cable.static_columns import evaluate_table
 
     return SceneKind(
         evaluate=columns.evaluate,

@@ -3,7 +3,7 @@
 from functools import cached_property, partial
 
 from cablestudy.errors import CablestudyError, outcome_of, without_errors
-from cablestudy.study.one_cable.models import solve_models
+from cablestudy.study.one_cable.elements import solve_elements
 from cablestudy.study.refinement import Refinement, needs_of, refine
 
 
@@ -102,7 +102,7 @@ def found_frequencies(cases):
     """
     found = {case: outcome_of(partial(_search, case)) for case in cases}
     searches = list(without_errors(found).values())
-    refine(searches, solve_models)
+    refine(searches, solve_elements)
     for search in searches:
         search.case = None  # which keeps the search
     return found

@@ -16,7 +16,7 @@ from cablestudy.study.column import DISCRETE, SYSTEM, number_of, shapeless_error
 from cablestudy.study.compared_case import ComparedCase
 from cablestudy.study.motion_columns import DAMPING_RATIO
 from cablestudy.study.one_cable.asked_modes import AskedModes, found_frequencies
-from cablestudy.study.one_cable.models import ElementResults, model_of, numbers_of
+from cablestudy.study.one_cable.elements import ElementResults, elements_of, numbers_in_modes
 from cablestudy.study.one_cable.results import Results
 from cablestudy.study.refinement import reference_scene
 from cablestudy.study.stated_numbers import StatedNumbers
@@ -171,7 +171,7 @@ class CableCase(ComparedCase):
     def model_numbers(self):
         """Estimated count of the numbers in all modes of the model. [-]"""
         if self.level is None:
-            return numbers_of(self.scene.model)
+            return numbers_in_modes(self.scene.model)
         nodes = self.level[0] * self.level[1]
         return nodes * min(3 * nodes, STUDY.modes_at_ends)
 
@@ -252,13 +252,13 @@ class CableCase(ComparedCase):
 
     def waves(self, frequency):
         """Transverse half-waves along the longest smooth piece at a frequency [Hz]; how far the cable turns [rad]."""
-        elements, row = self.model
+        elements, row = self.elements
         return 2 * frequency * elements.wave_time[row], elements.turn[row]
 
     # ------------------------------------------------------------------------------------------------------- motion
 
     @shared
-    def model(self):
+    def elements(self):
         """The elements, perhaps with those of other cases: `BatchElements`, and the row of this case among them.
 
         Raises
@@ -266,24 +266,24 @@ class CableCase(ComparedCase):
         ConvergenceError, NoSolutionError
             No equilibrium of the elements, or a cable that hangs folded.
         """
-        return model_of(self)
+        return elements_of(self)
 
     @cached_property
     def state(self):
         """The elements in equilibrium: `State`."""
-        elements, row = self.model
+        elements, row = self.elements
         return elements.state.take(row)
 
     @property
     def convergence(self):
         """`Record` of the iteration to equilibrium of fixed elements."""
-        elements, row = self.model
+        elements, row = self.elements
         return elements.record.of(row)
 
     @cached_property
     def by_elements(self):
         """Statics of the elements, perhaps with those of other cases: `ElementResults`, and the row of this case."""
-        elements, row = self.model
+        elements, row = self.elements
         return ElementResults(self.results, np.array([self.index]), elements.take(np.array([row]))), 0
 
     @property
@@ -296,7 +296,7 @@ class CableCase(ComparedCase):
 
     def _dynamics(self, planes):
         """`Dynamics` of the elements in some planes, whose modes are computed with those of other cases."""
-        elements, row = self.model
+        elements, row = self.elements
         return elements.dynamics(planes).take(row)
 
     @shared
@@ -420,7 +420,7 @@ class CableCase(ComparedCase):
     @cached_property
     def end_model(self):
         """The cable at its two ends, with every mode that the model has: `Superelement`."""
-        elements, row = self.model
+        elements, row = self.elements
         return elements.ends(self.dynamics.planes).superelement(self.scene.cable.damping, row)
 
     @cached_property

@@ -7,7 +7,7 @@ import numpy as np
 from cablestudy.errors import CablestudyError, ConvergenceError
 from cablestudy.study import notes
 from cablestudy.study.one_cable.asked_modes import AskedModes
-from cablestudy.study.one_cable.models import solve_models
+from cablestudy.study.one_cable.elements import solve_elements
 from cablestudy.study.refinement import Refinement, refine
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.comparison import relative
@@ -86,7 +86,7 @@ def solved_modes(case, count=None, upto=None):
     # half-waves along the cable of the highest mode: a first guess of its elements
     waves = count or 2 * upto * float(case.results.travel_time[case.index])
     search = Refinement(case, frequencies_of, waves)
-    refine([search], solve_models)
+    refine([search], solve_elements)
     for error in search.failures.values():
         raise error
     return search.used, modes_with(search.used), search

@@ -10,10 +10,10 @@ from cablestudy.study.column import lacking_key
 from cablestudy.study.columns import find
 from cablestudy.study.load_arrays import load_count
 from cablestudy.study.motion_columns import goes_slack
-from cablestudy.study.one_cable import models
+from cablestudy.study.one_cable import elements
 from cablestudy.study.one_cable.case import CableCase
-from cablestudy.study.one_cable.closed_form import ColumnRequirements, by_elements, closed_form
 from cablestudy.study.one_cable.results import Results
+from cablestudy.study.one_cable.static_columns import ColumnRequirements, by_closed_form, by_elements
 from cablestudy.study.refinement import reference_scene
 from cablestudy.study.stated_numbers import StatedNumbers
 from cablestudy.study.table_rows import OVER_STRENGTH, SLACK, Row, RowBatch, batched
@@ -99,7 +99,7 @@ def evaluate_cases(scenes, columns, estimate=False):
 
 def _fixed_rows_at_once(scenes):
     """Number of scenes with fixed elements to solve at once, whose modes a processor's cache holds. [-]"""
-    largest = max(models.numbers_of(scene.model) for scene in scenes)
+    largest = max(elements.numbers_in_modes(scene.model) for scene in scenes)
     return max(1, min(STUDY.rows_at_once, STUDY.numbers_at_once // largest))
 
 
@@ -127,15 +127,15 @@ class CableBatch(RowBatch):
 
     def solve_statics(self):
         """Compute the closed forms of all cases."""
-        self.closed = closed_form(self.results, self.required)
+        self.statics = by_closed_form(self.results, self.required)
 
     def blocks(self, width):
         """Yield the rows with all numbers of their closed forms."""
         width = width or self.required.rows_at_once
-        cells = self.closed.cells()
+        cells = self.statics.cells()
         for indices in batched(range(len(self.scenes)), width):
             cases = self.cases(indices)
-            yield [self._row_of_closed_form(case, cells[case.index]) for case in cases]
+            yield [self._row_of_statics(case, cells[case.index]) for case in cases]
 
     def cases(self, indices):
         """Cases of a range of rows: equal ones share their elements and modes, see `Results.first_equal`."""
@@ -148,16 +148,16 @@ class CableBatch(RowBatch):
             cases.append(CableCase(self.scenes[index], results, index, None, cache, asked_modes))
         return cases
 
-    def _row_of_closed_form(self, case, cells):
+    def _row_of_statics(self, case, cells):
         """The `Row` of a case with all numbers of its closed form."""
-        closed, scene_only = self.closed, self.required.scene_only
-        failures = dict(closed.failures.get(case.index, {}))
+        statics, scene_only = self.statics, self.required.scene_only
+        failures = dict(statics.failures.get(case.index, {}))
         values = {header: number for header, number in cells.items() if header not in failures}
         note = notes.NOTHING if scene_only else notes.STATIC
-        over_strength = bool(closed.over_strength[case.index])
+        over_strength = bool(statics.over_strength[case.index])
         warnings = notes.of_closed_form(case, over_strength) if case.exact_statics and not scene_only else ()
         doubts = (OVER_STRENGTH,) if over_strength else ()
-        return Row(case, values, failures, closed.errors_of(case.index), note, warnings, doubts)
+        return Row(case, values, failures, statics.errors_of(case.index), note, warnings, doubts)
 
     def prepare_systems(self, cases):
         """Compute in one call the lowest modes of many cases that have the keys of columns of gondola, loop or wind."""
@@ -246,7 +246,7 @@ class StatedBatch(CableBatch):
     def solve_statics(self):
         """Compute the closed forms of all cases, and the statics of their elements."""
         super().solve_statics()
-        self.closed, self._elements = by_elements(self.results, self.required, self.closed)
+        self.statics, self._elements = by_elements(self.results, self.required, self.statics)
 
     def prepare(self, rows):
         """Solve the finite elements of all rows, and compute the modes that their columns need first, in few calls.
@@ -265,12 +265,12 @@ class StatedBatch(CableBatch):
         required, cases = self.required, {row.case.index: row.case for row in rows}
         if not (required.computed or required.run or self.noted):
             return []
-        models.give_elements(cases, self._elements)
+        elements.give_elements(cases, self._elements)
         if len(cases) > 1 and required.computed:
-            models.solve_models([case for index, case in cases.items() if index not in self.results.failures])
+            elements.solve_elements([case for index, case in cases.items() if index not in self.results.failures])
         solvable = []
         for row in rows:
-            error = outcome_of(lambda case=row.case: case.model)
+            error = outcome_of(lambda case=row.case: case.elements)
             if isinstance(error, Exception):
                 row.fail([column for column in required.physical if column.needs != "scene"], error)
             else:
@@ -295,7 +295,7 @@ class StatedBatch(CableBatch):
     def finish(self, row):
         """Add the unknowns of the elements, notes on these and on their errors, and doubts."""
         case, required = row.case, self.required
-        if "model" in case.computed:
+        if "elements" in case.computed:
             unknowns = case.dof if required.modes else (2 if case.planar else 3) * (case.state.mesh.nodes - 2)
             row.dof = max(unknowns, case.system_size)
             if self.noted:

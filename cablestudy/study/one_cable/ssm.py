@@ -300,6 +300,6 @@ def _pairs_of_ends(options):
 
 def nodal_shapes(case):
     """Displacements of the inner nodes along x, y and z by modes and ends, shape (n + 6, 3 j), see `state_space`."""
-    elements, row = case.model
+    elements, row = case.elements
     shapes = elements.ends(case.dynamics.planes).shapes[row][1:-1]
     return np.einsum("nak,ag->kng", shapes, case.span.frame).reshape(shapes.shape[-1], -1)

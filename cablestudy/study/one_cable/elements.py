@@ -134,7 +134,7 @@ def fixed_mesh(results, case, carried=()):
     return mesh_segments(results.catenary.segments.fraction[case], elements, order, mass, carried)
 
 
-def model_of(case):
+def elements_of(case):
     """The elements of one case: `BatchElements`, and its row among them.
 
     Raises
@@ -148,7 +148,7 @@ def model_of(case):
     return models, 0
 
 
-def numbers_of(model):
+def numbers_in_modes(model):
     """Estimated count of the numbers in all modes of a fixed number of elements, a `ModelTable`. [-]"""
     nodes = (model.elements or 1) * model.order
     return nodes * min(3 * nodes, STUDY.modes_at_ends)
@@ -164,22 +164,22 @@ def give_elements(cases, groups):
     groups : list of (ndarray of int, ElementResults)
         Numbers in the batch, and their elements.
     """
-    for numbers, elements in groups:
-        batch = elements.models
+    for numbers, results in groups:
+        batch = results.elements
         others_needed = len(numbers) > 1 and 3 * (batch.state.mesh.nodes - 2) > CABLE.cheap_freedoms
         for index, number in enumerate(numbers.tolist()):
             case = cases.get(number)
             if case is not None:
-                case.by_elements = elements, index
+                case.by_elements = results, index
                 if not (others_needed or case.point_masses):
-                    case.model = batch, index
+                    case.elements = batch, index
 
 
-def solve_models(cases):
+def solve_elements(cases):
     """Solve the finite elements of many cases, those on equal meshes in one call, and store them in the cases.
 
     That saves time, and changes no result. A case that is left out here (large, alone on its mesh, or without an
-    equilibrium) solves its own elements, or raises the error, when its `model` is asked for.
+    equilibrium) solves its own elements, or raises the error, when its `elements` is asked for.
 
     Parameters
     ----------
@@ -187,7 +187,7 @@ def solve_models(cases):
         Cases of one batch, with the same `results`.
     """
     # equal cases share one cache, and so the model that is stored: one of them is solved
-    groups, unsolved = {}, {id(case.cache): case for case in cases if "model" not in case.cache}
+    groups, unsolved = {}, {id(case.cache): case for case in cases if "elements" not in case.cache}
     for case in unsolved.values():
         try:
             mesh = mesh_of(case)
@@ -202,7 +202,7 @@ def solve_models(cases):
         models = _solve_group(members[0].results, [case.index for case in members], mesh, level)
         for index, case in enumerate(members):
             if models.record is None or models.record.converged[index]:
-                case.model = models, index
+                case.elements = models, index
 
 
 def _solve_group(results, cases, mesh, level):
@@ -210,12 +210,12 @@ def _solve_group(results, cases, mesh, level):
     for case in cases:
         results.check(case)
     if level is None:
-        return solve_elements(results, np.array(cases), mesh)
+        return solve_fixed_elements(results, np.array(cases), mesh)
     form = results.form.take(np.array(cases))
     return BatchElements(equilibrium.from_catenary(form, mesh), None, form.span, level[0])
 
 
-def solve_elements(results, cases, mesh):
+def solve_fixed_elements(results, cases, mesh):
     """Fixed elements of some cases on one mesh: `BatchElements`; its record says which are in equilibrium.
 
     Parameters
@@ -242,22 +242,22 @@ class ElementResults(Results):
         Results in closed form of these and other cases.
     indices : ndarray of int, shape (n,)
         Rows of these cases in `closed`.
-    models : BatchElements
+    elements : BatchElements
         Elements of the n cases, in equilibrium.
     """
 
-    def __init__(self, closed, indices, models):
+    def __init__(self, closed, indices, elements):
         super().__init__(closed.values.take(indices))
-        self.models, self.failures, self._closed = models, {}, (closed, indices)
+        self.elements, self.failures, self._closed = elements, {}, (closed, indices)
         arrays = (array[indices] for array in (closed.reference_length, *closed.pushed))
-        self.loaded = LoadedCables(models.span, closed.drag.take(indices), *arrays, {})
+        self.loaded = LoadedCables(elements.span, closed.drag.take(indices), *arrays, {})
         self.catenary = closed.catenary.take(indices)
-        self.statics = ElementStatics(models.state, models.record, closed.middle[indices])
+        self.statics = ElementStatics(elements.state, elements.record, closed.middle[indices])
 
     @property
     def form(self):
         """The elements where they hang: `State`."""
-        return self.models.state
+        return self.elements.state
 
     @property
     def middle(self):
@@ -271,7 +271,7 @@ class ElementResults(Results):
             planar = bool(self.planar.all())  # or none is: they are on one mesh
             in_plane = planar and not self.span.frame[:, 2, list(key)].any()
             planes = (IN_PLANE,) if in_plane else PLANAR if planar else (SPATIAL,)
-            self._along[key] = self.span.stiffness_along(self.models.dynamics(planes).end_stiffness, *key)
+            self._along[key] = self.span.stiffness_along(self.elements.dynamics(planes).end_stiffness, *key)
         return self._along[key]
 
     @property
@@ -284,7 +284,7 @@ class ElementResults(Results):
     def end_stiffness_chord(self):
         """Static stiffness of end 2 along the chord, shape (n,). [N/m]"""
         planes = (IN_PLANE,) if self.planar.all() else (SPATIAL,)
-        return self.models.dynamics(planes).end_stiffness[..., 0, 0]
+        return self.elements.dynamics(planes).end_stiffness[..., 0, 0]
 
 
 def element_results(results):
@@ -319,7 +319,7 @@ def element_results(results):
             continue
         cases_at_once = max(1, STUDY.nodes_at_once // mesh.nodes)
         for members in np.split(group, range(cases_at_once, len(group), cases_at_once)):
-            models = solve_elements(results, members, mesh)
+            models = solve_fixed_elements(results, members, mesh)
             converged = models.record.converged
             for index in np.flatnonzero(~converged).tolist():
                 failures[int(members[index])] = refusal(models.record.of(index), mesh)

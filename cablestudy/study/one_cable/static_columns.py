@@ -9,7 +9,7 @@ from cablestudy.study.cable_columns import is_of_one_cable, over_strength
 from cablestudy.study.column import CLOSED, not_finite_error, of_part, shapeless_error
 from cablestudy.study.motion_columns import DAMPING_RATIO
 from cablestudy.study.one_cable.asked_modes import AskedModes
-from cablestudy.study.one_cable.models import element_results
+from cablestudy.study.one_cable.elements import element_results
 from cablestudy.study.one_cable.results import Results
 from cablestudy.study.table_rows import OK, OVER_STRENGTH, TableColumns, status_of
 from cablestudy.study.tolerances import STUDY
@@ -62,7 +62,7 @@ def _columns_needing(columns, *needs):
 
 
 @dataclass(frozen=True)
-class ClosedForm:
+class StaticNumbers:
     """Statics of n cases, by closed forms or by elements; a case is an index from 0 to n - 1.
 
     Attributes
@@ -116,8 +116,8 @@ class ClosedForm:
         return np.flatnonzero(notable)
 
 
-def closed_form(results, required):
-    """`ClosedForm` of the cases of `Results`."""
+def by_closed_form(results, required):
+    """`StaticNumbers` of the cases of `Results`."""
     numbers, failures, errors = {}, _unsolvable(results, required), {}
     over_strength_cases = np.zeros(len(results.values), dtype=bool)
     if not required.scene_only:
@@ -132,7 +132,7 @@ def closed_form(results, required):
     for column in required.physical:
         if column.least_error is not None:
             errors[column.header] = _error(column, results, required, numbers.get(column.header))
-    return ClosedForm(numbers, errors, failures, over_strength_cases)
+    return StaticNumbers(numbers, errors, failures, over_strength_cases)
 
 
 def by_elements(results, required, closed):
@@ -146,12 +146,12 @@ def by_elements(results, required, closed):
         Closed form of n cases.
     required : ColumnRequirements
         The columns of the table.
-    closed : ClosedForm
-        The columns of these cases in closed form, from `closed_form`.
+    closed : StaticNumbers
+        The columns of these cases in closed form, from `by_closed_form`.
 
     Returns
     -------
-    ClosedForm
+    StaticNumbers
         Numbers, errors and failures, here those by elements. Columns that follow from the scene without an equilibrium
         keep their numbers of `closed`.
     list of (ndarray of int, ElementResults)
@@ -175,7 +175,7 @@ def by_elements(results, required, closed):
             _refuse_infinite(failures, column, column_numbers, {}, cases)
     no_errors_of_scene = {c.header: np.zeros(len(results.values)) for c in required.physical if c.needs == "scene"}
     errors = no_errors_of_scene | _against_closed_form(columns, numbers, closed)
-    return ClosedForm(numbers, errors, failures, over_strength_cases), groups
+    return StaticNumbers(numbers, errors, failures, over_strength_cases), groups
 
 
 def _against_closed_form(columns, numbers, closed):
@@ -301,7 +301,7 @@ def evaluate_table(table, columns):
     if required.run or len(required.closed) < len(required.physical):
         return None
     results = Results(table)
-    statics = closed_form(results, required)
+    statics = by_closed_form(results, required)
     if table.scene.model.elements is not None and not required.scene_only:
         statics, _ = by_elements(results, required, statics)
     rows = [(cells, OK, {}) for cells in statics.rows([column.header for column in required.closed])]
