@@ -40,9 +40,19 @@ def value(case, column):
     return found[0] if isinstance(found, tuple) else found
 
 
+def in_wind(analysis, count, responses=False):
+    """`LoopInWind` of a `DynamicAnalysis` with so many modes, unstable or not."""
+    return analysis.in_wind(analysis.closed_loop_of(count, responses))
+
+
+def response_with(analysis, count, responses=False, **options):
+    """`GustResponse` of a `DynamicAnalysis` with so many modes."""
+    return GustResponse(in_wind(analysis, count, responses), analysis.scene, **options)
+
+
 def variances_of(analysis, count):
     """`Variances` of all outputs in the wind with so many modes."""
-    return GustResponse(analysis.closed_loop_of(count), analysis.scene).variances
+    return response_with(analysis, count).variances
 
 
 def row(scene, *names):

@@ -7,7 +7,7 @@ import pytest
 from references import dense
 from scipy.linalg import eigh
 from straight_scenes import with_changes
-from suspension_cases import case_of
+from suspension_cases import case_of, response_with
 
 from cablestudy.motion.gust_response import GustResponse
 from cablestudy.motion.tolerances import MOTION
@@ -128,14 +128,16 @@ def test_modes_that_no_output_depends_on_change_nothing(damping):
         motion = closed_loop.motion
         dynamic = s[:, None, None] ** 2 * motion.mass + s[:, None, None] * motion.damping + motion.stiffness
         pulled = sum(s[:, None, None] ** order * part for order, part in enumerate(motion.b))
-        blown = np.broadcast_to(closed_loop.gusts.input_matrix, (len(s), *closed_loop.gusts.input_matrix.shape))
+        by_gusts = case.analysis.in_wind(closed_loop).gusts.input_matrix
+        blown = np.broadcast_to(by_gusts, (len(s), *by_gusts.shape))
         moved = np.linalg.solve(dynamic, np.concatenate([pulled, blown], axis=-1))
         found.append(sum(s[:, None, None] ** order * (part @ moved) for order, part in enumerate(motion.c)))
     size = np.abs(found[1]).max(axis=0)
     assert (np.abs(found[0] - found[1]) <= 1e-9 * size).all()
     at_rest = case.analysis.at_rest.closed_loop_of(40)
     for pair in ((some, every), (at_rest, at_rest.with_all_modes)):
-        own, other = (GustResponse(closed_loop, case.scene).variances.weighted["value"] for closed_loop in pair)
+        responses = (GustResponse(case.analysis.in_wind(closed_loop), case.scene) for closed_loop in pair)
+        own, other = (response.variances.weighted["value"] for response in responses)
         assert own == pytest.approx(other, rel=1e-9)
 
 
@@ -177,7 +179,7 @@ def test_what_moves_nothing_at_all_is_kept():
 
 def few_and_all(wind, count):
     """The `GustResponse` of an `DynamicAnalysis`, and that with so many modes."""
-    return wind.response, GustResponse(wind.closed_loop_of(count), wind.scene)
+    return wind.response, response_with(wind, count)
 
 
 @pytest.mark.crossed

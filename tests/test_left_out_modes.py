@@ -10,6 +10,7 @@ from command import CONFIGS
 from references.bars_in_wind import von_karman
 from references.loop_matrix import notch
 from straight_scenes import case_of
+from suspension_cases import in_wind, response_with
 
 import cablestudy as cs
 from cablestudy.motion.gust_response import GustResponse
@@ -103,8 +104,7 @@ def test_waves_are_not_looked_for_where_they_hardly_move_a_heavy_body(mass, look
 def test_waves_along_three_bridles_above_the_modes_are_in_the_stated_error():
     """A telescope on nine cables: 100 modes up to 5.1 Hz, which show a third of what they leave out, against 200."""
     scene = load_scene(CONFIGS / "suspensions" / "carlina-balloon-wind.yaml")[1]
-    own, true = (GustResponse(SuspensionCase(scene).analysis.closed_loop_of(count), scene, least=5e-7).variances
-                 for count in (100, 200))  # fmt: skip
+    own, true = (response_with(SuspensionCase(scene).analysis, count, least=5e-7).variances for count in (100, 200))
     for axis in "xy":
         row = own.rows[f"gondola.focus.{axis}"]
         change, error = abs(own.weighted["rate"][row] - true.weighted["rate"][row]), own.errors("rate")[row]
@@ -288,7 +288,7 @@ def test_tensions_behind_a_pid_law_with_gusts_on_cables_state_no_more_than_they_
     }  # fmt: skip
     path = CONFIGS / "suspensions" / "carlina-balloon-wind.yaml"
     case = SuspensionCase(cs.load(str(path), set=[f"{key}={value}" for key, value in changes.items()]).model)
-    true = GustResponse(case.analysis.closed_loop_of(300, True), case.scene).turbulence.variances.value[0]
+    true = in_wind(case.analysis, 300, True).turbulence.variances.value[0]
     for name in case.scene.cables:
         found, error = find(f"{name}.rms_tension").compute(case)
         rows = [case.analysis.response.variances.rows[f"{name}.tension_{end}"] for end in ("from", "to")]
@@ -310,7 +310,7 @@ def test_modes_between_those_of_the_model_and_the_one_that_grows_first_are_in_th
     analysis = row_of_bodies([mass], lengths, law, 1e-3).analysis
     closed_loop = analysis.closed_loop_of(64).with_critical_modes
     assert closed_loop.plant.driven > 0
-    response = GustResponse(closed_loop, analysis.scene, least=1e-5)
+    response = GustResponse(analysis.in_wind(closed_loop), analysis.scene, least=1e-5)
     found, names = response.variances, [f"c{cable}.tension_{end}" for cable in (0, 1) for end in ("from", "to")]
     *tensions, _, _, value, rate = variances_of_row([mass], lengths, law)
     truths = [(name, "value", true) for name, true in zip(names, tensions, strict=True)]

@@ -104,7 +104,7 @@ def test_curves_are_those_of_the_stiffness_of_the_cable_at_its_ends(name):
 def in_time(case, kind, time, size):
     """The response over some uniform points of time."""
     options = TimeOptions(f"{float(time[-1])!r} s:{len(time)}", kind, size)
-    found = time_case(None, case.scene, case.analysis.closed_loop, options).response
+    found = time_case(None, case.scene, case.analysis, options).response
     every = slice(None, None, options.every)
     return replace(
         found,
@@ -205,7 +205,7 @@ def test_the_corner_of_a_winch_behind_a_delay_has_the_stated_error(delays):
     damped = f"cable.damping={{model: kelvin_voigt, time: {1 / NATURAL!r} s}}"
     case = CableCase(scene(*SPRING, damped, *law))
     options = TimeOptions(f"{delays * delay!r} s:2001", "reference", "1 m")
-    found, time = time_case(None, case.scene, case.analysis.closed_loop, options).response, options.times
+    found, time = time_case(None, case.scene, case.analysis, options).response, options.times
     later = np.maximum(time - delay * (1 + 1e-12), 0)
     risen = -np.expm1(-lag * later)
     expected = proportional * risen + gain * (later - risen / lag)

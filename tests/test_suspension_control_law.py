@@ -405,7 +405,7 @@ def test_a_step_of_a_reference_in_time_is_that_of_small_steps():
     text = everything(control=LOOP | law | {"notch": "none"}, actuators={})
     own, case = Straight(text), case_of(text)
     options = TimeOptions("20s:41", "reference.y", "1 mm", output="gondola.y")
-    found = time_case(None, case.scene, case.analysis.closed_loop, options)
+    found = time_case(None, case.scene, case.analysis, options)
     seen = in_time(own, law, 20.0, 60, reference=1e-3 * np.eye(3)[1])
     times = np.arange(len(seen)) * law["delay"] / 60
     expected = np.interp(found.time[:: found.options.every], times, seen[:, 1])

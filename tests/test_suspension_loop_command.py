@@ -48,7 +48,7 @@ def test_several_winches_without_gain_have_a_largest_gain_and_no_crossover():
 
 
 def in_time(document, case, options):
-    return time_case(document, case.scene, case.analysis.closed_loop, options)
+    return time_case(document, case.scene, case.analysis, options)
 
 
 def test_a_step_of_a_reference_is_that_of_scipy():
@@ -88,10 +88,11 @@ def test_the_error_of_a_step_response_with_a_controller_of_three_parts_is_true(s
     parts = {"gain": 0.02 * corner, "proportional_gain": 0.01, "derivative_gain": 0.01 / corner}
     drive = {"derivative_filter": corner, "bandwidth": corner, "delay": 0.2 / corner, "notch": "none"}
     data["control"] |= parts | drive
-    closed_loop = SuspensionCase(SuspensionScene.model_validate(data)).analysis.closed_loop
+    analysis = SuspensionCase(SuspensionScene.model_validate(data)).analysis
+    closed_loop = analysis.closed_loop
     measured, time = closed_loop.body.measured, np.linspace(0, 2 / corner, 201)
     driving = closed_loop.body.measured_outputs[0], f"reference.{measured[-1]}", time_response.step(1.0), time
-    found = response_in_time(closed_loop, *driving)
+    found = response_in_time(closed_loop, analysis.airflow, *driving)
     expected = step_by_frequency(closed_loop, len(measured) - 1, 0, time[1:], 3000 * corner)
     pairs = (found.measured[1:], expected[:, 0]), (found.winch[1:], expected[:, 1:])
     error, of_winches = (np.abs(own - true).max() / np.abs(own).max() for own, true in pairs)
@@ -122,9 +123,10 @@ def test_a_small_rise_of_the_wind_moves_the_suspension_to_its_equilibrium_in_tha
     speed = 6.0
     cases = [solved(f"wind.speed={part * speed}")[1] for part in (0.995, 1.005)]
     places = np.array([[case.mean_displacement("gondola", axis)[0] for axis in range(3)] for case in cases])
-    closed_loop = solved()[1].analysis.closed_loop
+    analysis = solved()[1].analysis
+    closed_loop = analysis.closed_loop
     stiffness = closed_loop.motion.dynamic_stiffness(np.zeros(1))[0].real
-    moved = np.linalg.solve(stiffness, uniform_gust(closed_loop.gusts))
+    moved = np.linalg.solve(stiffness, uniform_gust(analysis.in_wind(closed_loop).gusts))
     rows = [closed_loop.outputs[f"gondola.{axis}"] for axis in "xyz"]
     found = 0.01 * speed * closed_loop.motion.c[0][rows] @ moved
     expected = places[1] - places[0]

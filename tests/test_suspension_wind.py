@@ -15,7 +15,7 @@ from references.straight_suspension import Straight
 from scipy.spatial.transform import Rotation
 from solved import solve
 from straight_scenes import ACTUATORS, BODY_WIND, WIND, closed_loop_of, everything, one_axis, with_changes
-from suspension_cases import case_at, case_of, scene_at, value, variances_of
+from suspension_cases import case_at, case_of, in_wind, response_with, scene_at, value, variances_of
 from test_suspension_loop import TWO
 
 from cablestudy.cable.meshes import mesh_segments
@@ -305,7 +305,8 @@ def test_a_taut_cable_is_damped_by_its_drag(direction, shares):
 
 def gusts_of(text, count=12):
     """With the motions of cables that move no body and change no tension."""
-    return case_of(text).analysis.closed_loop_of(count).with_all_modes
+    analysis = case_of(text).analysis
+    return analysis.in_wind(analysis.closed_loop_of(count).with_all_modes)
 
 
 def force_spectra(gusts_, frequency, response_):
@@ -334,12 +335,12 @@ def test_the_force_of_gusts_on_the_first_shape_of_a_cable(kappa_length):
     """(rho C d U)^2 S times the double integral of the shape with exp(-kappa r), of one taut cable."""
     text = heavy(free=[], gravity=0.0, to=(30.0, 0.0, 0.0), cable__damping={"ratio": 0.01}, wind__mean=False,
                  wind__direction=np.pi / 2, wind__turbulence_intensity=[0.2, 0.0, 0.0])  # fmt: skip
-    closed_loop = gusts_of(text)
+    loop_in_wind = gusts_of(text)
     decay, speed, length = text["wind"].get("coherence_decay", 10.0), 25.0, 30.0
     frequency = np.array([kappa_length / length * speed / decay])
     # the variance of the force on all coordinates that are half waves along y of one cable
-    response_ = first_shapes(closed_loop)
-    found = force_spectra(closed_loop.gusts, frequency, response_[None].astype(complex))[0]
+    response_ = first_shapes(loop_in_wind)
+    found = force_spectra(loop_in_wind.gusts, frequency, response_[None].astype(complex))[0]
     drag = RHO * 1.2 * np.sqrt(4e-4 / np.pi) * speed
     spectrum = speed_spectrum(frequency, speed, 0.2 * speed, 25.0)[0]
     own = sine_alone(kappa_length / length, length)
@@ -363,13 +364,13 @@ def test_two_cables_that_meet_are_coherent_near_their_common_end(kappa_length, a
                  wind__direction=np.pi / 2, wind__turbulence_intensity=[0.0, 0.0, 0.2])  # fmt: skip
     text["cables"]["east"]["from"] = [-30.0 * np.cos(angle), 30.0 * np.sin(angle), 0.0]
     text["wind"]["direction"] = np.pi / 2 - angle / 2  # across the line that halves the angle
-    closed_loop = gusts_of(text, 40)
+    gusts_ = gusts_of(text, 40).gusts
     speed, kappa = 25.0, kappa_length / 30.0
     frequency = np.array([kappa * speed / 10.0])
-    rows = np.concatenate([moved[:, 2] for moved in displacements(closed_loop.gusts)])
-    along = [np.linalg.norm(places - places[0], axis=1) / 30.0 for places in places_of(closed_loop.gusts)]
+    rows = np.concatenate([moved[:, 2] for moved in displacements(gusts_)])
+    along = [np.linalg.norm(places - places[0], axis=1) / 30.0 for places in places_of(gusts_)]
     wanted, *_ = np.linalg.lstsq(rows, np.sin(np.pi / 2 * np.concatenate(along)), rcond=None)
-    found = force_spectra(closed_loop.gusts, frequency, wanted[None, :, None].astype(complex))[0, 0]
+    found = force_spectra(gusts_, frequency, wanted[None, :, None].astype(complex))[0, 0]
     # force per length and vertical speed: half of rho C d times the speed across the cable
     drag = RHO * 1.2 * np.sqrt(4e-4 / np.pi) * speed * np.cos(angle / 2) / 2
     spectrum = speed_spectrum(frequency, speed, 0.2 * speed, 25.0)[0]
@@ -413,7 +414,7 @@ def test_the_rms_depends_neither_on_points_of_close_cables_nor_on_parts(monkeypa
     for points, at_once in ((TOLERANCES.peak_points, TOLERANCES.coherence_entries), (90, 30_000)):
         monkeypatch.setattr(type(TOLERANCES), "peak_points", points)
         monkeypatch.setattr(type(TOLERANCES), "coherence_entries", at_once)
-        found.append(SuspensionCase(scene).analysis.closed_loop_of(64).plant.at_rest.variances.value)
+        found.append(in_wind(SuspensionCase(scene).analysis, 64).plant_in_wind.at_rest.variances.value)
     assert found[0] == pytest.approx(found[1], rel=1e-6)
 
 
@@ -429,12 +430,12 @@ def places_of(gusts_):
     return [places for strip in gusts_.strips for places in strip.places]
 
 
-def first_shapes(closed_loop):
+def first_shapes(loop_in_wind):
     """Combinations of coordinates: a half wave of amplitude 1 along y of the first cable, of the second, of both."""
     wanted = []
     for chosen in ((1, 0), (0, 1), (1, 1)):
         rows, values = [], []
-        cables = zip(places_of(closed_loop.gusts), displacements(closed_loop.gusts), chosen, strict=True)
+        cables = zip(places_of(loop_in_wind.gusts), displacements(loop_in_wind.gusts), chosen, strict=True)
         for places, moved, on in cables:
             along = np.linalg.norm(places - places[0], axis=1) / 30.0
             rows.append(moved[:, 1])
@@ -464,10 +465,9 @@ def test_the_force_of_gusts_on_a_body_does_not_depend_on_coherence(on, decay):
     frequency, speed, area = np.array([1e-3, 0.1, 3.0, 100.0]), 25.0, 0.6
     admitted = 1 / (1 + (frequency * 2 * np.sqrt(area) / speed) ** (4 / 3))
     spectrum = von_karman(frequency, speed, 0.2 * speed, 25.0)
-    closed_loop = gusts_of(text)
-    found = force_spectra(closed_loop.gusts, frequency, np.tile(on_one_body(closed_loop), (4, 1, 1)).astype(complex))[
-        :, 0
-    ]
+    loop_in_wind = gusts_of(text)
+    forces = np.tile(on_one_body(loop_in_wind.closed_loop), (4, 1, 1)).astype(complex)
+    found = force_spectra(loop_in_wind.gusts, frequency, forces)[:, 0]
     expected = (RHO * 1.17 * area * speed) ** 2 * admitted * spectrum
     if on == "both" and decay < 1e6:
         assert (found > 1.0001 * expected).all()  # the cables add to it
@@ -721,9 +721,9 @@ def test_few_panels_of_frequency_resolve_gusts_on_cables(spectrum):
     response = case_at("carlina-net-wind", f"wind.spectrum={spectrum}").analysis.response
     turbulence, (low, high) = response.turbulence, response.turbulence.range
     edges = np.geomspace(low, high, 1 + round(32 * np.log10(high / low)))
-    expected = Integrals.on(edges, turbulence.plant.gusts, OWN, turbulence.least).variances(turbulence.residues)
+    expected = Integrals.on(edges, turbulence.in_wind.gusts, OWN, turbulence.least).variances(turbulence.residues)
     found = turbulence.variances.value
-    assert len(turbulence.plant.gusts.edges(low, high)) < len(edges) / 7
+    assert len(turbulence.in_wind.gusts.edges(low, high)) < len(edges) / 7
     assert found == pytest.approx(expected, rel=1e-7, abs=0)
     assert response.integration_error > 1e-7
 
@@ -845,7 +845,7 @@ def test_modes_suffice_for_what_a_telescope_sees():
     })  # fmt: skip
     names, kind = [f"b.{axis}" for axis in "xyz"], "corrected_exposure"
     found, error = case.analysis.rms(names, kind, open_loop=False)
-    of_many = gust_response.GustResponse(case.analysis.closed_loop_of(220), case.scene).in_images
+    of_many = response_with(case.analysis, 220).in_images
     expected = np.sqrt(of_many.weighted[kind][[of_many.rows[name] for name in names]].sum())
     assert error <= 1e-3
     assert found == pytest.approx(expected, rel=error)
@@ -1110,7 +1110,7 @@ def drag_by_hand(to, direction, points=400):
                                                ((40.0, 0.0, 1.0), 0.003)])  # fmt: skip
 def test_the_drag_of_a_cable_whose_lowest_point_lies_along_the_wind(to, direction, count):
     """|u_n| has a kink there, inside an element: the force of a gust that is the same everywhere on the whole cable."""
-    strip = case_of(along_the_wind(to, direction)).analysis.closed_loop_of(count).gusts.strips[0]
+    strip = in_wind(case_of(along_the_wind(to, direction)).analysis, count).gusts.strips[0]
     rows = strip.shapes.reshape(-1, strip.shapes.shape[-1])
     moved, *_ = np.linalg.lstsq(
         rows, np.tile(np.eye(3), (strip.places.shape[1], 1))
@@ -1122,10 +1122,10 @@ def test_the_drag_of_a_cable_whose_lowest_point_lies_along_the_wind(to, directio
 
 def test_the_stated_error_in_wind_along_a_level_cable_is_true():
     """Of 100 modes on 3 elements against all of 8 elements, two of which meet at the lowest point."""
-    in_wind = case_of(along_the_wind(accuracy=1e-6)).analysis.with_midspans
+    own = case_of(along_the_wind(accuracy=1e-6)).analysis.with_midspans
     every = case_of(along_the_wind(elements=8, order=12)).analysis.with_midspans
-    assert in_wind.closed_loop_of(100).gusts.strips[0].mesh.elements == 3
-    found, true = (variances_of(one, count) for one, count in ((in_wind, 100), (every, 1000)))
+    assert in_wind(own, 100).gusts.strips[0].mesh.elements == 3
+    found, true = (variances_of(one, count) for one, count in ((own, 100), (every, 1000)))
     own, other, error = found.weighted["value"], true.weighted["value"], found.errors("value")
     assert (np.abs(own - other) <= error).all()
     assert (error < 5e-5 * own).all()

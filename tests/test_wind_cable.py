@@ -138,7 +138,7 @@ def test_covariances_of_loads_are_those_of_their_sums():
 def test_covariances_between_known_ones_are_within_the_stated_error():
     """Of the gusts on the modes, by frequencies at which they are computed directly."""
     case = case_of(INCLINED)
-    gusts = case.in_cable_wind.analyses[0].closed_loop.gusts
+    gusts = case.in_cable_wind.analyses[0].response.in_wind.gusts
     frequency = np.geomspace(1e-4, 20, 43)
     direct = gusts._computed_covariance(gusts.coherence.kappa(frequency))
     weights = np.random.default_rng(3).normal(size=direct.shape[1])
@@ -146,7 +146,7 @@ def test_covariances_between_known_ones_are_within_the_stated_error():
     speed = speed_spectrum(frequency, wind.speed, 1.0, wind.length_scale, wind.spectrum)
     found = gusts.input_spectra(frequency, columns)[:, 0]
     assert found == pytest.approx(speed * (weights @ direct @ weights), rel=gusts.error)
-    assert case_of(INCLINED, SMOOTH).in_cable_wind.analyses[0].closed_loop.gusts.error == 0
+    assert case_of(INCLINED, SMOOTH).in_cable_wind.analyses[0].response.in_wind.gusts.error == 0
 
 
 def test_coherence_length():

@@ -8,6 +8,7 @@ import pytest
 from random_twins import random_scene
 from references.dense import state_matrix
 from scipy.integrate import quad
+from suspension_cases import in_wind
 
 from cablestudy.cable.records import stack
 from cablestudy.scene.scene import CableScene
@@ -106,8 +107,8 @@ def test_coloured_noise_in_two_inputs_with_a_direct_part():
 def test_more_modes_of_a_hysteretic_cable_do_not_change_the_rms_with_a_loop(count):
     """The notch of a slow loop has a double pole, and hysteretic damping many poles that are damped alike."""
     wind = analysis_of(CableCase(CableScene.model_validate(random_scene(48))))
-    found = wind.closed_loop_of(count).turbulence.variances.value[0]
-    few = wind.closed_loop_of(32).turbulence.variances.value[0]
+    found = in_wind(wind, count).turbulence.variances.value[0]
+    few = in_wind(wind, 32).turbulence.variances.value[0]
     assert found[0] == pytest.approx(few[0], rel=1e-7)
 
 
@@ -115,7 +116,7 @@ def test_more_modes_of_a_hysteretic_cable_do_not_change_the_rms_with_a_loop(coun
 def test_the_error_of_few_modes_counts_what_they_leave_out_of_damping(seed):
     """Loss factors of 0.2, cables that hang or carry masses, against 200 modes; 24 are up to 0.15 % off."""
     wind = analysis_of(CableCase(CableScene.model_validate(random_scene(seed, model={"accuracy": 1e-4}))))
-    few, many = (wind.closed_loop_of(count, responses=True).plant.at_rest.variances for count in (24, 200))
+    few, many = (in_wind(wind, count, responses=True).plant_in_wind.at_rest.variances for count in (24, 200))
     error = np.abs(few.value - many.value)
     assert (error[:, 0] <= few.by_modes[:, 0] + 1e-9 * many.value[:, 0]).all()
 
@@ -126,7 +127,7 @@ def test_the_error_of_models_that_are_compared_is_not_below_the_true_one(seed):
     scene = random_scene(seed, model={"accuracy": 1e-9})
     del scene["winch"]
     wind = analysis_of(CableCase(CableScene.model_validate(scene)))
-    truth = wind.closed_loop_of(200, responses=True).plant.at_rest.variances.value[0, 0]
+    truth = in_wind(wind, 200, responses=True).plant_in_wind.at_rest.variances.value[0, 0]
     found, error = wind.rms(["gondola.x"], "value", open_loop=True)
     assert len(wind.closed_loop.modes) <= 100
     assert abs(found / np.sqrt(truth) - 1) <= error <= 1e-9

@@ -131,7 +131,7 @@ def loop(scene, response=None, time=None, table=None, estimate=False, **time_opt
     if timing:
         from cablestudy.study.loop_in_time import time_case, time_table
 
-        timed = time_case(scene.document, scene.model, analysis.closed_loop, timing)
+        timed = time_case(scene.document, scene.model, analysis, timing)
         warnings, draw = (*answer.warnings, *timed.notes), lambda plots: plots.loop_in_time(timed)
         return replace(answer, tables=only(time_table(timed)), warnings=warnings, draw=draw)
     closed_loop = analysis.loop_for_margins

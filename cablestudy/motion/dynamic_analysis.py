@@ -39,8 +39,8 @@ class DynamicAnalysis:
         Elements that the scene states; None where the scene states an accuracy.
     plants_and_loops : dict
         To be filled; cases of this equilibrium whose winds damp it alike share it. Keys begin with what they are of:
-        ("plant", ...) -> `Plant`; ("closed loop", ...) -> `ClosedLoop`; ("in wind", key of one of these, ...) -> it in
-        a wind; ("loops", winches) -> `Plant.loops`; ("number", tables) -> number of winches and actuators, of the
+        ("plant", ...) -> `Plant`; ("closed loop", ...) -> `ClosedLoop`; ("in wind", one of these, ...) -> it in a
+        wind; ("loops", winches) -> `Plant.loops`; ("number", tables) -> number of winches and actuators, of the
         control, or of the wind, by which other keys name them.
     cables : Cables, optional
         Cables of this equilibrium, with damping.
@@ -79,9 +79,9 @@ class DynamicAnalysis:
         return ModelSizes(*arguments, self.fewest_modes)
 
     def closed_loop_of(self, count, responses=False, computed=0):
-        """Build the `LoopInWind` with a model of the lowest modes of the suspension, or take that of an equal case.
+        """Build the `ClosedLoop` with a model of the lowest modes of the suspension, or take that of an equal case.
 
-        It may be unstable. The dict `plants_and_loops` keeps it for equal cases: plant and loop, and both in a wind.
+        It may be unstable. The dict `plants_and_loops` keeps plant and loop for equal cases.
 
         Parameters
         ----------
@@ -98,7 +98,7 @@ class DynamicAnalysis:
         NoSolutionError, ConvergenceError
             There are no modes to the accuracy.
         """
-        scene, (winches, control, wind), shared = self.scene, self._numbers, self.plants_and_loops
+        scene, (winches, control, _), shared = self.scene, self._numbers, self.plants_and_loops
         computed = max(count, computed)
         model = count, computed, responses, winches, self.midspans, self.points
         plant, closed_loop = ("plant", *model), ("closed loop", *model, control)
@@ -109,11 +109,16 @@ class DynamicAnalysis:
             shared[plant] = Plant(*arguments, loops=loops, responses=responses, **others)
         if closed_loop not in shared:
             shared[closed_loop] = ClosedLoop(scene, shared[plant])
-        plant_in_wind, loop_in_wind = ("in wind", plant, wind), ("in wind", closed_loop, wind)
+        return shared[closed_loop]
+
+    def in_wind(self, closed_loop):
+        """`LoopInWind` of a `ClosedLoop` in the wind of this case, which cases in equal winds share."""
+        wind, shared = self._numbers[-1], self.plants_and_loops
+        plant_in_wind, loop_in_wind = ("in wind", closed_loop.plant, wind), ("in wind", closed_loop, wind)
         if plant_in_wind not in shared:
-            shared[plant_in_wind] = PlantInWind(shared[plant], scene, self.airflow)
+            shared[plant_in_wind] = PlantInWind(closed_loop.plant, self.airflow)
         if loop_in_wind not in shared:
-            shared[loop_in_wind] = LoopInWind(shared[closed_loop], shared[plant_in_wind])
+            shared[loop_in_wind] = LoopInWind(closed_loop, shared[plant_in_wind])
         return shared[loop_in_wind]
 
     @cached_property
@@ -218,25 +223,25 @@ class DynamicAnalysis:
         return search_models(analyses).items()
 
     def response_with(self, closed_loop, before):
-        """`GustResponse` of a stable `LoopInWind`, None without wind; `before` is that of the model tried before."""
+        """`GustResponse` of a stable `ClosedLoop`, None without wind; `before` is that of the model tried before."""
         self._check(closed_loop)
         if self.airflow is None:
             return None
         # the change from the fewest modes to the next says little of the change after it
         compared = self.sizes.compared and len(closed_loop.modes) > self.sizes.computed(0)
         least = self.sizes.least_error(closed_loop.modes)
-        return GustResponse(closed_loop, self.scene, before if compared else None, least)
+        return GustResponse(self.in_wind(closed_loop), self.scene, before if compared else None, least)
 
     def with_critical_modes(self, closed_loop, response):
-        """`LoopInWind`, see `with_critical_modes` there, and its `GustResponse` or None."""
+        """`ClosedLoop`, see `with_critical_modes` there, and its `GustResponse` or None."""
         if closed_loop.loop is not None and closed_loop.with_critical_modes is not closed_loop:
             closed_loop = closed_loop.with_critical_modes
             least = self.sizes.least_error(closed_loop.modes)
-            response = response and GustResponse(closed_loop, self.scene, least=least)
+            response = response and GustResponse(self.in_wind(closed_loop), self.scene, least=least)
         return closed_loop, response
 
     def _check(self, closed_loop):
-        """Refuse an unstable `LoopInWind`: NoSolutionError that names the growing motion."""
+        """Refuse an unstable `ClosedLoop`: NoSolutionError that names the growing motion."""
         closed_loop.check_open()
         if not closed_loop.stability.stable:
             self.closed_loop_with(self.sizes.usual[0]).check_stable()
@@ -252,12 +257,12 @@ class DynamicAnalysis:
 
     @property
     def closed_loop(self):
-        """`LoopInWind`; raises as `response`."""
+        """`ClosedLoop`; raises as `response`."""
         return self._loop_and_response[0]
 
     @property
     def loop_for_notes(self):
-        """The `LoopInWind` that notes describe: `closed_loop` if its response was computed, else `loop_for_margins`."""
+        """The `ClosedLoop` that notes describe: `closed_loop` if its response was computed, else `loop_for_margins`."""
         outcome = DynamicAnalysis._loop_and_response.known(self)
         return self.loop_for_margins if isinstance(outcome, Exception | None) else self.closed_loop
 
@@ -274,7 +279,7 @@ class DynamicAnalysis:
 
     @computed_together
     def loop_for_margins(analyses):
-        """`LoopInWind` with the fewest modes, for numbers of the loop: its loop gain has all modes of the cables.
+        """`ClosedLoop` with the fewest modes, for numbers of the loop: its loop gain has all modes of the cables.
 
         With the loop it may be unstable.
 

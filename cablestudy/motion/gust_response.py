@@ -77,7 +77,7 @@ class GustResponse:
 
     Parameters
     ----------
-    closed_loop : LoopInWind
+    in_wind : LoopInWind
         Stable.
     scene : SuspensionScene
         Scene of the loop, or one that differs in the exposure time or the correcting mirror of a telescope.
@@ -93,8 +93,9 @@ class GustResponse:
         Of many rows, whose errors by modes left out are computed in few calls.
     """
 
-    def __init__(self, closed_loop, scene, before=None, least=0.0):
-        self.closed_loop, self.scene, self._before, self._least = closed_loop, scene, before, least
+    def __init__(self, in_wind, scene, before=None, least=0.0):
+        self.in_wind, self.closed_loop = in_wind, in_wind.closed_loop
+        self.scene, self._before, self._least = scene, before, least
         self.together = [self]
 
     @cached_property
@@ -114,7 +115,7 @@ class GustResponse:
     @property
     def turbulence(self):
         """`Turbulence` of the loop."""
-        return self.closed_loop.turbulence
+        return self.in_wind.turbulence
 
     # ------------------------------------------------------------------------------------------------ frequencies
 
@@ -136,7 +137,7 @@ class GustResponse:
         ndarray, shape (o, f) or (r, f)
             Squares of the units of the outputs, per Hz.
         """
-        residues, gusts = self.turbulence.residues, self.closed_loop.gusts
+        residues, gusts = self.turbulence.residues, self.in_wind.gusts
         if combinations is not None:
             residues = residues.combined(combinations)
         # frequencies in blocks, whose responses bound the memory
@@ -159,7 +160,7 @@ class GustResponse:
     @property
     def integration_error(self):
         """Estimated relative error of a variance by quadrature, and by interpolation of the gusts. [-]"""
-        return WIND.quadrature + self.closed_loop.gusts.error
+        return WIND.quadrature + self.in_wind.gusts.error
 
     @cached_property
     def _undamped(self):
@@ -232,7 +233,7 @@ class GustResponse:
     @property
     def _left_out(self):
         """`LeftOutModes` of the loop."""
-        return self.closed_loop.left_out_modes
+        return self.in_wind.left_out_modes
 
     @staticmethod
     def _variances_of(turbulence, weights):
@@ -338,15 +339,15 @@ class GustResponse:
         fewer modes, by which the error is estimated, does not have them: the change is far larger than the error.
         """
         plant, with_cables, without_cables, with_responses = self.closed_loop.plant, *MOTION.tension_safety
-        if not plant.gusts.strips:
+        if not self.in_wind.gusts.strips:
             return without_cables
         more_than_integrates = self.loop is not None and not self.loop.law.integrates_only
         return with_responses if plant.responses and more_than_integrates and not plant.driven else with_cables
 
     def _tension_errors_by_waves(self, value, by_modes):
         """Errors of the variances of tensions by waves, shape (w, o): of moving ends, and of gusts on the cables."""
-        of_ends, plant = self._left_out.of_tensions(value, by_modes, self._least), self.closed_loop.plant
-        return of_ends + plant.change_by_waves if plant.gusts.strips or self._left_out.unknown else of_ends
+        of_ends, in_wind = self._left_out.of_tensions(value, by_modes, self._least), self.in_wind.plant_in_wind
+        return of_ends + in_wind.change_by_waves if in_wind.gusts.strips or self._left_out.unknown else of_ends
 
     def _energy_by_cables(self, weights):
         """Energies of displacements if all force of gusts on cables acted on them, shape (w, o); 0 of other outputs.
@@ -356,7 +357,7 @@ class GustResponse:
         displacements = [name.endswith((".x", ".y", ".z")) for name in self.names]
         slow = float(self.closed_loop.modes.omega[0]) ** 2
         factors = np.array([slow if name == "rate" else 1.0 for name in weights])
-        energy = self.closed_loop.gusts.force_on_cables**2 / self.stiffness
+        energy = self.in_wind.gusts.force_on_cables**2 / self.stiffness
         return factors[:, None] * np.where(displacements, energy, 0.0)
 
     def shares_below(self, name, limits):
@@ -376,8 +377,8 @@ class GustResponse:
         """
         value, by_modes, by_delay, undamped = self.turbulence.winch_speeds
         self._refuse(undamped)
-        plant = self.closed_loop.plant
-        if plant.gusts.strips and plant.driven:  # gusts on cables excite the modes between, which move winches
+        # gusts on cables excite the modes between those of the model, and these move winches
+        if self.in_wind.gusts.strips and self.closed_loop.plant.driven:
             by_modes = MOTION.one_model_safety * by_modes
         by_modes = by_modes + self._left_out.of_winch_speeds(value, by_modes, self._least)
         least = max(self.integration_error + MOTION.winch_speeds, 2 * self._least if np.isfinite(self._least) else 0.0)

@@ -186,12 +186,13 @@ class LeftOutModes:
 
     Parameters
     ----------
-    closed_loop : LoopInWind
+    in_wind : LoopInWind
         Stable.
     """
 
-    def __init__(self, closed_loop):
-        self._closed_loop, self._plant, self._turbulence = closed_loop, closed_loop.plant, closed_loop.turbulence
+    def __init__(self, in_wind):
+        self._closed_loop, self._plant_in_wind = in_wind.closed_loop, in_wind.plant_in_wind
+        self._plant, self._turbulence = in_wind.closed_loop.plant, in_wind.turbulence
         self._loop, self._known_changes = self._turbulence.loop, {}
 
     def of_movements(self, weights, variances, others, least):
@@ -228,7 +229,7 @@ class LeftOutModes:
     def _movements(self):
         """`_Spectra` of the movements of bodies."""
         if not self._counts_loop:
-            return self._plant.movements_with_all_modes
+            return self._plant_in_wind.movements_with_all_modes
         rows, of_bodies = self._plant.movements
         return _Spectra(self._turbulence, rows, lambda s: of_bodies @ self._receptance(s))
 
@@ -237,7 +238,7 @@ class LeftOutModes:
         """`_Spectra` of the tensions of cables."""
         all_modes = self._plant.all_modes
         if not self._counts_loop:
-            return self._plant.tensions_with_all_modes
+            return self._plant_in_wind.tensions_with_all_modes
 
         def by_all_modes(s):
             displacements = self._receptance(s)
@@ -248,7 +249,7 @@ class LeftOutModes:
     @property
     def turbulence(self):
         """`Turbulence` of the model in whose spectra changes of movements and tensions are sought."""
-        return self._turbulence if self._counts_loop else self._plant.at_rest
+        return self._turbulence if self._counts_loop else self._plant_in_wind.at_rest
 
     @property
     def _counts_loop(self):
@@ -424,7 +425,7 @@ class _Spectra:
         """W of the module's docstring: spectra by the model at the frequencies `coarse`, shape (f, r)."""
         residues = self._turbulence.all_residues.of_outputs(self._rows)
         response = np.swapaxes(residues.response(1j * self.coarse), -1, -2)
-        return self.plant.gusts.input_spectra(self.coarse / (2 * np.pi), response)
+        return self._turbulence.in_wind.gusts.input_spectra(self.coarse / (2 * np.pi), response)
 
     @cached_property
     def _forcing(self):

@@ -30,7 +30,7 @@ def search_models(analyses):
     Returns
     -------
     dict
-        Analysis -> (`LoopInWind`, `GustResponse` or None without wind), or the error that says why there are none.
+        Analysis -> (`ClosedLoop`, `GustResponse` or None without wind), or the error that says why there are none.
     """
     found, responses = {}, dict.fromkeys(analyses)  # responses: with the previous model of each analysis
     # analyses that need another model, with the numbers of modes that they try, or the error that there are none
@@ -64,30 +64,30 @@ def search_models(analyses):
 def _responses_with(closed_loops, previous):
     """Responses to gusts with the models of many analyses, and their variances, computed together.
 
-    `closed_loops` and `previous` are dicts by analysis: its `LoopInWind`, and its `GustResponse` with its previous,
+    `closed_loops` and `previous` are dicts by analysis: its `ClosedLoop`, and its `GustResponse` with its previous,
     smaller model or None. The result has a `GustResponse` for each, None without wind, or the error that says why there
     is none.
     """
-    controlled = [closed_loop for closed_loop in closed_loops.values() if closed_loop.linear.scene.control is not None]
-    stated = [closed_loop for closed_loop in controlled if closed_loop.gain_is_stated]
+    controlled = {one: loop for one, loop in closed_loops.items() if loop.scene.control is not None}
+    stated = [analysis.in_wind(loop) for analysis, loop in controlled.items() if loop.gain_is_stated]
     Turbulence.space.compute(known(stated, "turbulence").values())
-    compute_stability([closed_loop.stability for closed_loop in controlled])
+    compute_stability([closed_loop.stability for closed_loop in controlled.values()])
     responses = {
         analysis: outcome_of(partial(analysis.response_with, closed_loop, previous[analysis]))
         for analysis, closed_loop in closed_loops.items()
     }
     in_wind = [response for response in without_errors(responses).values() if response is not None]
-    Plant.stiffness_of_outputs.compute([response.closed_loop.plant.linear for response in in_wind])
+    Plant.stiffness_of_outputs.compute([response.closed_loop.plant for response in in_wind])
     Turbulence.all_variances.compute([response.turbulence for response in in_wind])
     GustResponse.left_out_at_most.compute(in_wind)
     return responses
 
 
 def closed_loops_of(sizes, trial=0):
-    """Build the `LoopInWind` of each analysis with one of the numbers of modes to try.
+    """Build the `ClosedLoop` of each analysis with one of the numbers of modes to try.
 
-    It is a suspension with its control loop, if it has one, in its wind. The equations of motion of all analyses are
-    computed together.
+    It is a suspension with its control loop, if it has one. The equations of motion of all analyses are computed
+    together.
 
     Parameters
     ----------
@@ -99,7 +99,7 @@ def closed_loops_of(sizes, trial=0):
     Returns
     -------
     dict
-        Analysis -> `LoopInWind`, or the error that says why there is none.
+        Analysis -> `ClosedLoop`, or the error that says why there is none.
     """
     found = {}
     for analysis, of_analysis in sizes.items():
@@ -107,13 +107,13 @@ def closed_loops_of(sizes, trial=0):
         if not isinstance(of_analysis, Exception):
             doing(f"motion with {of_analysis[trial]} modes")
             found[analysis] = outcome_of(partial(analysis.closed_loop_with, of_analysis[trial]))
-    plants = [closed_loop.plant.linear for closed_loop in without_errors(found).values()]
+    plants = [closed_loop.plant for closed_loop in without_errors(found).values()]
     Plant.motion.compute([plant for plant in plants if not plant.refused])
     return found
 
 
 def stable_without_loop(closed_loop):
-    """The `LoopInWind`, checked to be stable with the winches at rest; raises the error that came in its place, too."""
+    """The `ClosedLoop`, checked to be stable with the winches at rest; raises the error that came in its place, too."""
     result_of(closed_loop).check_open()
     return closed_loop
 

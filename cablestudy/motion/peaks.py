@@ -119,8 +119,8 @@ def winch_speeds(analysis):
     variances, errors = response.winch_speeds
     divisor = np.where(variances > 0, variances, 1.0)
     (rms, rms_rate), (error, rate_error) = np.sqrt(variances), error_of_root(errors / divisor)
-    plant, left_out = response.closed_loop.plant, response.closed_loop.left_out_modes
-    if plant.gusts.strips:  # these excite modes above the model's, each of which moves a winch or two
+    plant, left_out = response.closed_loop.plant, response.in_wind.left_out_modes
+    if response.in_wind.gusts.strips:  # these excite modes above the model's, each of which moves a winch or two
         rate_error = (1.0 if plant.responses or plant.driven else MOTION.one_model_safety) * rate_error.max()
     crossings_error = np.maximum(rate_error + error, MOTION.crossings if left_out.unknown else 0.0)
     rate, duration = rms_rate / (2 * np.pi * np.sqrt(divisor[0])), analysis.scene.wind.duration

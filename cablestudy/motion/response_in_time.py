@@ -7,6 +7,7 @@ import numpy as np
 from cablestudy.control import time_response
 from cablestudy.control.statespace import state_space_of
 from cablestudy.control.suspension import labels
+from cablestudy.motion.in_wind import PlantInWind
 from cablestudy.motion.tolerances import MOTION
 from cablestudy.scene.determinacy import ROTATIONS
 from cablestudy.system.first_order import LinearControl
@@ -35,7 +36,7 @@ class _Channel:
     times: np.ndarray
 
 
-def in_time(closed_loop, output, input_, components, times):
+def in_time(closed_loop, airflow, output, input_, components, times):
     """Compute how a displacement and the winches of a closed loop respond over time to one input.
 
     The relative errors of the response are estimated by the sum of
@@ -52,6 +53,8 @@ def in_time(closed_loop, output, input_, components, times):
     ----------
     closed_loop : ClosedLoop
         A stable loop; with a gain of zero its winches rest.
+    airflow : Airflow or None
+        The air about it; None without wind.
     output : str
         Name of the displacement, one of `ClosedLoop.outputs`.
     input_ : str
@@ -74,16 +77,16 @@ def in_time(closed_loop, output, input_, components, times):
     all_coordinates, coarse_space = plant.viscous_motion, plant.coarse_space_in_time
     coarse_motion = all_coordinates.within(coarse_space)
     channel, rest = _Channel(output, input_, components, times), (loop.law.delay, times)
-    full = _response_in_space(closed_loop, loop, all_coordinates, None, channel).after_delay(*rest)
-    coarse = _response_in_space(closed_loop, loop, coarse_motion, coarse_space, channel)
+    full = _response_in_space(closed_loop, airflow, loop, all_coordinates, None, channel).after_delay(*rest)
+    coarse = _response_in_space(closed_loop, airflow, loop, coarse_motion, coarse_space, channel)
     errors = time_response.differences(full, coarse.after_delay(*rest))
     if finer := closed_loop.with_twice_the_modes:
         same_loop = replace(loop, allocation=finer.body.allocation, notches=finer.body.notches)
-        of_finer = _response_in_space(finer, same_loop, finer.plant.viscous_motion, None, channel)
+        of_finer = _response_in_space(finer, airflow, same_loop, finer.plant.viscous_motion, None, channel)
         errors = errors + 2 * time_response.differences(full, of_finer.after_delay(*rest))
     finer_delay = loop.law_states_of_finer_delay
     if finer_delay and times[-1] >= loop.law.delay:
-        of_finer = _response_in_space(closed_loop, loop, coarse_motion, coarse_space, channel, finer_delay)
+        of_finer = _response_in_space(closed_loop, airflow, loop, coarse_motion, coarse_space, channel, finer_delay)
         errors = errors + MOTION.more_approximants * time_response.differences(coarse, of_finer)
     response = replace(full, errors=errors)
     if loop.gain:
@@ -133,12 +136,14 @@ def uniform_gust(gusts):
     return gusts.directions[0] @ gusts.uniform
 
 
-def _response_in_space(closed_loop, loop, motion, space, channel, law_states=None):
+def _response_in_space(closed_loop, airflow, loop, motion, space, channel, law_states=None):
     """Compute the response of `in_time`, without its errors, with all coordinates of the plant or in a subspace.
 
     Parameters
     ----------
     closed_loop : ClosedLoop
+    airflow : Airflow or None
+        As of `in_time`.
     loop : Loop
         Of all n coordinates of the plant; its gain, notches and allocation are used.
     motion : LinearSystem
@@ -155,8 +160,8 @@ def _response_in_space(closed_loop, loop, motion, space, channel, law_states=Non
     TimeResponse
     """
     loads, allocation = np.zeros((len(closed_loop.motion), 1)), loop.allocation
-    if closed_loop.gusts is not None:
-        gust_force = uniform_gust(closed_loop.gusts)
+    if airflow is not None:
+        gust_force = uniform_gust(PlantInWind(closed_loop.plant, airflow).gusts)
         loads[: len(gust_force), 0] = gust_force  # strokes of reaction masses, the last coordinates, have no wind load
     if space is not None:
         loads, allocation = space.T @ loads, replace(allocation, measured=allocation.measured @ space)

@@ -17,7 +17,7 @@ from cablestudy.system.condensed_cables import laws_of
 from cablestudy.wind.integrals import Integrals
 
 
-def change_by_waves(plant):
+def change_by_waves(in_wind):
     """Estimate how much waves on cables above the modes of the model change the variances of tensions in the wind.
 
     The model transfers a share D of the gusts' force to the ends of cables immediately. Here a wave carries it, of
@@ -30,8 +30,7 @@ def change_by_waves(plant):
 
     Parameters
     ----------
-    plant : Plant
-        With gusts.
+    in_wind : PlantInWind
 
     Returns
     -------
@@ -41,11 +40,11 @@ def change_by_waves(plant):
         a change is the resonance of the first wave along a cable that sags, which is excited more than D implies. No
         result shows the rate of a tension; the largest tension depends on its logarithm, see `MOTION.crossings`.
     """
-    gusts, turbulence, variances = plant.gusts, plant.at_rest, plant.at_rest.variances.value
+    gusts, turbulence, variances = in_wind.gusts, in_wind.at_rest, in_wind.at_rest.variances.value
     change, residues = np.zeros(variances.shape), turbulence.residues
-    tension_rows, along, across = _first_waves(plant)
+    tension_rows, along, across = _first_waves(in_wind.plant, in_wind.airflow)
     driven = residues.direct[tension_rows].any(axis=1)  # tensions of cables whose ends some force reaches immediately
-    if plant.model is not None or not driven.any():
+    if in_wind.plant.model is not None or not driven.any():
         return change
     poles = np.concatenate([along[driven], across[driven]])
     factor = np.repeat([MOTION.waves_along, MOTION.waves_across], np.count_nonzero(driven))  # of safety
@@ -67,7 +66,7 @@ def change_by_waves(plant):
     return change
 
 
-def _first_waves(plant):
+def _first_waves(plant, airflow):
     """Poles of the first standing waves along and across each cable with mass that are above the modes of a plant.
 
     The cables are taken as straight bars and strings with fixed ends, of length l and mass per length m. With n
@@ -83,10 +82,10 @@ def _first_waves(plant):
     The results, all of shape (r,), are the outputs of the plant that are the tensions at the ends of these cables, two
     of each, and s of the wave along, and across, the cable of each [rad/s].
     """
-    catenary, cables, wind = plant.equilibrium.catenary, list(plant.scene.cables.values()), plant.scene.wind
+    catenary, cables, wind = plant.equilibrium.catenary, list(plant.scene.cables.values()), airflow.scene.wind
     span, dampings = catenary.span, [cable.damping for cable in cables]
     heavy = np.flatnonzero((np.asarray(span.mass) > 0) & (catenary.mean_tension > 0))
-    values = span.axial_stiffness, span.mass, span.unstretched_length, catenary.mean_tension, plant.drag.cables
+    values = span.axial_stiffness, span.mass, span.unstretched_length, catenary.mean_tension, airflow.drag.cables
     stiffness, mass, length, tension, drag_width = (np.broadcast_to(value, len(cables))[heavy] for value in values)
 
     ratio, loss, time = (values[heavy] for values in laws_of(dampings).values())

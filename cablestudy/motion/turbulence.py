@@ -52,13 +52,13 @@ class Turbulence:
 
     Parameters
     ----------
-    plant : Plant
+    in_wind : PlantInWind
     loop : Loop, optional
-        Of this motion, with a gain.
+        Of the motion of its plant, with a gain.
     """
 
-    def __init__(self, plant, loop=None):
-        self.plant, self.loop = plant, loop
+    def __init__(self, in_wind, loop=None):
+        self.in_wind, self.plant, self.loop = in_wind, in_wind.plant, loop
 
     @property
     def has_delay(self):
@@ -131,7 +131,7 @@ class Turbulence:
     @cached_property
     def range(self):
         """Lowest and highest frequency of the integrals. [Hz]"""
-        wind, modes = self.plant.scene.wind, self.plant.modes
+        wind, modes = self.in_wind.airflow.scene.wind, self.plant.modes
         corner, lowest = wind.speed / wind.length_scale, modes.frequency[0]
         slow = [corner, lowest] + ([] if self.loop is None else [self.loop.gain / (2 * np.pi)])
         corners = [[actuator.omega, actuator.corner] for actuator in self.plant.actuators]
@@ -145,7 +145,7 @@ class Turbulence:
 
     def _integrals_of(self, weights, jumps=()):
         """`Integrals` over frequency with weights: dict of functions of frequency [Hz] with `jumps` at some [Hz]."""
-        gusts, (low, high) = self.plant.gusts, self.range
+        gusts, (low, high) = self.in_wind.gusts, self.range
         edges = with_turns(gusts.edges(low, high), self.loop.law.delay if self.loop else 0.0)
         edges = np.union1d(edges, [jump for jump in jumps if low < jump < high])
         edges = edges if weights is OWN else smooth_on(edges, weights.values())  # panels resolve any power of frequency
@@ -154,7 +154,7 @@ class Turbulence:
     @property
     def least(self):
         """Damping ratio up to which a motion counts as not damped. [-]"""
-        return WIND.undamped_along_cables if self.plant.gusts.strips else WIND.undamped
+        return WIND.undamped_along_cables if self.in_wind.gusts.strips else WIND.undamped
 
     @cached_property
     def _integrals(self):
@@ -204,7 +204,7 @@ class Turbulence:
             return np.zeros((len(integrals.weights), 1))
         beyond = 2 * np.pi * integrals.panels.frequency > self.loop.delay_accurate_up_to
         weights = {name: weight * beyond for name, weight in integrals.weights.items()}
-        responses = self.plant.at_rest.residues, self.all_residues.of_outputs(self.speeds)
+        responses = self.in_wind.at_rest.residues, self.all_residues.of_outputs(self.speeds)
         beyond = [replace(integrals, weights=weights).variances(response) for response in responses]
         return MOTION.delayed_error * self.loop.gain_beyond * np.concatenate(beyond, axis=1)
 
@@ -270,20 +270,20 @@ def _residues_of_rows(turbulences, coarse=False):
     Turbulence.space.compute(turbulences)
     found, groups = [None] * len(turbulences), {}  # groups: rows of one state space with arrays of equal sizes
     for index, turbulence in enumerate(turbulences):
-        plant = turbulence.plant
+        in_wind = turbulence.in_wind
         if turbulence.has_delay:
-            found[index] = plant.delayed_response(turbulence.loop, coarse)
+            found[index] = in_wind.delayed_response(turbulence.loop, coarse)
             continue
         space, _ = turbulence.space
-        basis_shape = plant.coarse_space.shape if coarse else None
-        groups.setdefault((id(space), plant.gust_forces.shape, basis_shape, plant.direct.shape), []).append(index)
+        basis_shape = turbulence.plant.coarse_space.shape if coarse else None
+        groups.setdefault((id(space), in_wind.gust_forces.shape, basis_shape, in_wind.direct.shape), []).append(index)
     for indices in groups.values():
         members = [turbulences[index] for index in indices]
         spaces, rows = zip(*(turbulence.space for turbulence in members), strict=True)
         distinct, first, of_member = np.unique(rows, return_index=True, return_inverse=True)
         space = spaces[0].take(distinct.tolist())
-        forces = np.array([turbulence.plant.gust_forces for turbulence in members])
-        direct = np.array([turbulence.plant.direct for turbulence in members])
+        forces = np.array([turbulence.in_wind.gust_forces for turbulence in members])
+        direct = np.array([turbulence.in_wind.direct for turbulence in members])
         if coarse:
             basis = np.array([members[index].plant.coarse_space for index in first.tolist()])
             motions = [members[index].plant.coarse_motion for index in first.tolist()]

@@ -67,7 +67,7 @@ def wind_response(winds, at_rest=None, on=None):
     extended = np.linalg.matrix_rank(states[0].covariance) > 1  # the point moves in a plane, or in space
     heights = (1.3, 2.4, 1.6, 2.8) if extended else (2, 2, 2)
     drawn = on or f"{body.removesuffix(MIDSPAN)}{_one_of_several(closed_loop, body)}"
-    title = f"Wind at {quantity_text(closed_loop.scene.wind.speed, 'm/s')} on {drawn}"
+    title = f"Wind at {quantity_text(winds[0].scene.wind.speed, 'm/s')} on {drawn}"
     figure = style.new_figure(0.8 + 1.2 * sum(heights), title)
     grid = figure.add_gridspec(len(heights), 2, height_ratios=heights)
     shared, high = figure.add_subplot(grid[0, :]), _highest(frequency, states, kinds)
@@ -81,7 +81,7 @@ def wind_response(winds, at_rest=None, on=None):
         figure.align_ylabels([shared, upper, lower] if not column else [upper, lower])
     shared.set_xlim(frequency[0], high)
     if extended:
-        _draw_rms_ellipses(figure, grid, states, closed_loop, point)
+        _draw_rms_ellipses(figure, grid, states, winds[0], point)
     return figure
 
 
@@ -107,12 +107,12 @@ def _check_range(states, kinds):
 
 def _speed(axes, winds, frequency, body):
     """Draw the spectrum of the longitudinal wind speed, and of its average over the body."""
-    closed_loop, bodies = winds[0].closed_loop, winds[0].closed_loop.equilibrium.suspension.body_names
-    on_bodies = body in bodies and any(not wind.airflow.direction_name for wind in winds)
-    wind = closed_loop.scene.wind
+    wind, airflow, equilibrium = winds[0].scene.wind, winds[0].airflow, winds[0].equilibrium
+    bodies = equilibrium.suspension.body_names
+    on_bodies = body in bodies and any(not one.airflow.direction_name for one in winds)
     of_speed = speed_spectrum(frequency, wind.speed, wind.turbulence[0], wind.length_scale, wind.spectrum)
     axes.loglog(frequency, of_speed, color=style.BLUE, label="wind speed")
-    area = closed_loop.plant.airflow.areas(closed_loop.equilibrium)[bodies.index(body)] if on_bodies else 0.0
+    area = airflow.areas(equilibrium)[bodies.index(body)] if on_bodies else 0.0
     if area and wind.admittance != "none":
         averaged = of_speed * admittance(frequency, wind.speed, area, wind.admittance)
         axes.loglog(frequency, averaged, color=style.BLUE, ls="--", label=f"averaged over {body}")
@@ -287,17 +287,17 @@ def _variance(axes, frequency, states, kind):
     axes.legend(loc="upper left", fontsize=7)
 
 
-def _draw_rms_ellipses(figure, grid, states, closed_loop, point):
+def _draw_rms_ellipses(figure, grid, states, analysis, point):
     """Draw the RMS displacement of a point by direction, as ellipses in two planes, in the last row of a grid.
 
     The planes are the horizontal one, and the vertical one along the mean wind. The extent of an ellipse along a unit
     vector n is the RMS in this direction, sqrt(n^T C n), with the covariance C of the displacements.
     """
-    velocity = closed_loop.drag.velocity
+    velocity = analysis.airflow.drag.velocity
     wind_direction = velocity / np.linalg.norm(velocity)
     frame, title = np.eye(3), point  # the covariance of a body is along the global axes,
     if point.endswith(MIDSPAN):  # that of a cable along those of its chord
-        cable, equilibrium = point.removesuffix(MIDSPAN), closed_loop.equilibrium
+        cable, equilibrium = point.removesuffix(MIDSPAN), analysis.equilibrium
         frame = equilibrium.catenary.span.frame[equilibrium.suspension.cable_names.index(cable)]
         title = f"mid-span of {cable}"
     title = shortened(title, 32)

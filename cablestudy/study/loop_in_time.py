@@ -247,7 +247,7 @@ def input_and_output(document, scene, options, measured=None):
     return InputAndOutput(tuple(winches), driving_input, plant_input, outputs[output_number], output_number)
 
 
-def time_case(document, scene, closed_loop, options):
+def time_case(document, scene, analysis, options):
     """Compute the response of one measured coordinate to a step of a winch or a reference, or to a gust.
 
     Parameters
@@ -255,8 +255,8 @@ def time_case(document, scene, closed_loop, options):
     document : Document
         File of the scene, for the positions of mistakes.
     scene : CableScene or SuspensionScene
-    closed_loop : ClosedLoop
-        The scene as a suspension with a stable loop.
+    analysis : DynamicAnalysis
+        Of the scene as a suspension with a stable loop.
     options : TimeOptions
         Input, output and points of time; defaults of the first two as for `input_and_output`.
 
@@ -269,11 +269,12 @@ def time_case(document, scene, closed_loop, options):
     SceneError
         An unknown input or output, a size of another unit, or the scene has no wind for it.
     """
-    body, loop, loop_scene = closed_loop.body, closed_loop.loop, closed_loop.scene
+    closed_loop, loop_scene = analysis.closed_loop, analysis.scene
+    body, loop = closed_loop.body, closed_loop.loop
     chosen = input_and_output(document, scene, options, body.measured)
     output = body.measured_outputs[chosen.output_number]
-    of_unit_input = in_time(closed_loop, output, chosen.plant_input, chosen.input.components, options.times)
-    response = of_unit_input.times(chosen.input.size)
+    of_unit_input = chosen.plant_input, chosen.input.components, options.times
+    response = in_time(closed_loop, analysis.airflow, output, *of_unit_input).times(chosen.input.size)
     dampings = [cable.damping for cable in loop_scene.cables.values()]
     accurate_up_to = 0.0 if loop.slight_delay else loop.delay_accurate_up_to
     remarks = remarks_of(loop_scene.control, accurate_up_to, response, dampings)

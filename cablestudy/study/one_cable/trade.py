@@ -245,18 +245,18 @@ class AnalysisOfSystem(DynamicAnalysis):
             `system` is unstable, or the analysis has no response.
         """
         response = self.response_of(open_loop)
-        closed_loop, loop = response.closed_loop, response.loop
+        closed_loop, in_wind, loop = response.closed_loop, response.in_wind, response.loop
         if loop is not None:
             measured = np.eye(len(self._system))[[-1]]
             loop = replace(loop, motion=self._system, allocation=replace(loop.allocation, measured=measured))
         if unstable_pole((loop or self._system).eigen.poles) is not None:
             raise NoSolutionError("the loop is unstable with these modes")
         # the position is x = row z, by the coordinates z of the analysis: its forces on z are row^T times that on x
-        row, by_gusts = closed_loop.motion.c[0][closed_loop.outputs[GONDOLA_X]].real, closed_loop.gusts.input_matrix
+        row, by_gusts = closed_loop.motion.c[0][closed_loop.outputs[GONDOLA_X]].real, in_wind.gusts.input_matrix
         forces = np.zeros((len(self._system), by_gusts.shape[1]))
         forces[-1] = row[: len(by_gusts)] @ by_gusts / (row @ row)
         (system,) = StateSpaces.of_one(self._system, loop).residues(forces[None])
-        ((squared, *_),) = closed_loop.turbulence.variances_of(system, {variance: self._weights[variance]})
+        ((squared, *_),) = in_wind.turbulence.variances_of(system, {variance: self._weights[variance]})
         return float(np.sqrt(squared)), np.nan
 
 
