@@ -176,7 +176,8 @@ class Group:
 
     def __init__(self, scenes):
         self.linear_models, self.modes_in_wind = [{} for _ in scenes], [{} for _ in scenes]
-        self._modes, self._coordinates = {}, {}  # kept by `modes` and `coordinates`
+        self._modes = {}  # kept by `modes`
+        self._cables, self._drags_on_cables, self._coordinates = {}, {}, {}  # by the number of parts of `coarser`
         self._conductors = conductors_of(scenes, at_rest)
         if self._conductors is None:
             self.reference, self.problems = at_rest(scenes, numbers_at_rest(scenes))
@@ -201,11 +202,14 @@ class Group:
         except NoSolutionError as error:
             raise NoSolutionError(f"{self._without_lost}{error}") from None
 
-    @cached_property
+    @property
     def cables(self):
         """`CableResults` of the cables that the load cases leave."""
-        lengths = self.reference.lengths if self._of_case is None else self._of_case.lengths
-        return CableResults(self._scenes, self.rest, lengths[:, cables_left(self.reference, self._scenes[0])])
+        if self._drag_parts not in self._cables:
+            lengths = self.reference.lengths if self._of_case is None else self._of_case.lengths
+            lengths = lengths[:, cables_left(self.reference, self._scenes[0])]
+            self._cables[self._drag_parts] = CableResults(self._scenes, self.rest, lengths)
+        return self._cables[self._drag_parts]
 
     @property
     def _of_case(self):
@@ -247,10 +251,8 @@ class Group:
         """`Group` of the same cases with drag that varies on half as many parts; itself has none, nor a calm one."""
         if not self.in_steady_wind or self._drag_parts < STUDY.drag_parts:
             return None
-        coarser = copy(self)
-        for about_more_parts in ("cables", "_drag_on_cables"):
-            coarser.__dict__.pop(about_more_parts, None)
-        coarser._drag_parts, coarser._coordinates = self._drag_parts // 2, {}
+        coarser = copy(self)  # shares what was found, also for its own number of parts
+        coarser._drag_parts = self._drag_parts // 2
         return coarser
 
     def form_of(self, span, index, cable):
@@ -303,15 +305,18 @@ class Group:
             unforced = self._unforced_in_steady_wind[self._drag_parts]
         return self.rest.position[index] - unforced.position[index], uncertainty[:, :3]
 
-    @cached_property
+    @property
     def _drag_on_cables(self):
         """`drag_on_cables` of all cases about `in_motion`; None where no wind acts on cables."""
-        drag = self._drag_in_motion
-        return drag and drag_on_cables(drag, self.in_motion)
+        if self._drag_parts not in self._drags_on_cables:
+            drag = self._drag_in_motion
+            self._drags_on_cables[self._drag_parts] = drag and drag_on_cables(drag, self.in_motion)
+        return self._drags_on_cables[self._drag_parts]
 
     def mean_drag(self, index):
         """Drag on the cables of a case of its mean or steady wind: `SteadyDrag` of shape (c,), or None."""
-        return self._drag_on_cables and self._drag_on_cables.take(index)
+        drag = self._drag_on_cables
+        return drag and drag.take(index)
 
     def steady_drag(self, index):
         """`mean_drag` of a case in a steady wind, in which it rests and has its modes; None without."""
@@ -336,10 +341,11 @@ class Group:
         -------
         list of (float, float)
         """
-        if (body, axis) not in self._coordinates:
+        key = self._drag_parts, body, axis
+        if key not in self._coordinates:
             with np.errstate(all="ignore"):  # of cases that have no equilibrium
-                self._coordinates[body, axis] = self._coordinate(body, axis)
-        return self._coordinates[body, axis]
+                self._coordinates[key] = self._coordinate(body, axis)
+        return self._coordinates[key]
 
     def _coordinate(self, body, axis):
         """A coordinate in all cases and its estimated relative error, as of `coordinates`."""
