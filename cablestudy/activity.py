@@ -1,4 +1,4 @@
-"""Progress of a command, told on standard error where it takes long.
+"""Progress of a command, reported on standard error where it takes long.
 
 A thread writes: a line after DELAY, then after twice that time, and so on; on a terminal one line that changes. Whoever
 computes says by `doing` what it is at. With the environment variable CABLESTUDY_PROGRESS set to `off` nothing is
@@ -33,7 +33,7 @@ class ActivityDisplay:
     stream : text stream, optional
         Standard error by default.
     wait : callable, optional
-        Waits so many seconds [s], true where the end has come before; for tests.
+        Waits for a number of seconds [s], true where the end has come before; for tests.
     """
 
     def __init__(self, command, quiet=False, stream=None, wait=None):

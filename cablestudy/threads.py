@@ -20,7 +20,7 @@ def one_thread():
     """
     global _inside, _limit
     with _lock:
-        if not (_inside or _chosen()):
+        if not (_inside or _number_is_set()):
             _limit = _libraries().limit(limits=1, user_api="blas")
         _inside += 1
     try:
@@ -35,11 +35,11 @@ def one_thread():
 
 def keep_one_thread():
     """Let linear algebra take one thread for the rest of this process."""
-    if not _chosen():
+    if not _number_is_set():
         _libraries().limit(limits=1, user_api="blas")
 
 
-def _chosen():
+def _number_is_set():
     """True if the environment names a number of threads."""
     return any(name in os.environ for name in VARIABLES)
 

@@ -82,8 +82,8 @@ PAIRS = {  # with the place on the level one that is closest to the other one
     "ends on it": (turned(1.3, (0.37, 0, 1e-3)), 0.37),
 }
 # relative to the covariance of one load with itself, for each kappa: the larger it is, the less is in the wind
-OWN = np.minimum(1.0, 2 / KAPPA)
-ALLOWED = (np.array([1e-10, 1e-8, 1e-6, 3e-6, 3e-5]) * OWN)[:, None, None]
+VALUE_AND_RATE = np.minimum(1.0, 2 / KAPPA)
+ALLOWED = (np.array([1e-10, 1e-8, 1e-6, 3e-6, 3e-5]) * VALUE_AND_RATE)[:, None, None]
 
 
 @pytest.mark.parametrize("name", campaign(list(PAIRS), ["at 1.5 degrees", "at the same place", "beside it", "across"]))
@@ -118,7 +118,7 @@ def test_places_of_one_cable_by_their_distance():
     points, of_points = load_points(12)
     of_whole = of_points[:, None] * loads(points)
     of_halves = np.concatenate([of_points[:, None] / 2 * loads((half + points) / 2) for half in (0, 1)])
-    for kappa, own in zip(KAPPA, OWN, strict=True):
+    for kappa, own in zip(KAPPA, VALUE_AND_RATE, strict=True):
         change = np.exp(-kappa * distance) - np.exp(-kappa * of_arc)
         expected = (weights[:, None] * loads(x)).T @ change @ (weights[:, None] * loads(x))
         for arcs, work in ((whole, of_whole), (halves, of_halves)):

@@ -132,7 +132,7 @@ def test_arrays_of_a_table_are_those_of_its_scenes(what):
     for arrays, expected in pairs:
         for array, other in zip(arrays, expected, strict=True):
             assert np.array_equal(array, other, equal_nan=True)
-    assert np.array_equal(table.given("cable.chord_length"), alone.given("cable.chord_length"))
+    assert np.array_equal(table.number("cable.chord_length"), alone.number("cable.chord_length"))
 
 
 def numbers_in(value, path=()):

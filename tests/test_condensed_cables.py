@@ -74,21 +74,21 @@ def test_it_is_that_of_the_superelements(law):
             assert np.abs(matrix - expected).max() < 1e-10 * np.abs(expected).max()
 
 
-@pytest.mark.parametrize("name", ["further", "loads"])
-def test_further_damping_and_loads_need_not_be_symmetric(name):
+@pytest.mark.parametrize("name", ["added_damping", "loads"])
+def test_added_damping_and_loads_need_not_be_symmetric(name):
     """Against a dense solution; it takes another way, to the same numbers where they are zero."""
     models = models_of()
     (condensed,) = condensed_of(models)
     size = condensed.omega.shape[1] + 6
-    none = condensed.with_further(name, {0: np.zeros((size, size))})
+    none = condensed.with_matrices(name, {0: np.zeros((size, size))})
     assert none.dynamic_stiffness(S)[0] == pytest.approx(
         condensed.dynamic_stiffness(S)[0], rel=1e-9, abs=1e-9 * np.abs(condensed.dynamic_stiffness(S)[0]).max()
     )
     matrix = np.random.default_rng(1).normal(size=(size, size)) * 0.1
-    with_matrix = condensed.with_further(name, {1: matrix})
+    with_matrix = condensed.with_matrices(name, {1: matrix})
     found = with_matrix.dynamic_stiffness(S)[0][1]
     mass, damping, stiffness = models.elements[1].matrices()
-    whole = S[1] ** 2 * mass + S[1] * damping + stiffness + (S[1] if name == "further" else 1.0) * matrix
+    whole = S[1] ** 2 * mass + S[1] * damping + stiffness + (S[1] if name == "added_damping" else 1.0) * matrix
     expected = dense.condensed(whole, np.arange(size - 6, size))
     assert np.abs(found - expected).max() < 1e-10 * np.abs(expected).max()
     if name == "loads":  # the derivative is that of differences

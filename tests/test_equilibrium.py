@@ -17,7 +17,7 @@ from cablestudy.cable.assembly import SPATIAL, System
 from cablestudy.cable.element import basis
 from cablestudy.cable.geometry import midspan, sag_and_swing
 from cablestudy.cable.meshes import mesh_segments
-from cablestudy.cable.newton import REASONS, SLACK, Record
+from cablestudy.cable.newton import REASONS, SLACK, NewtonRecord
 from cablestudy.cable.stiffness import internal_forces
 from cablestudy.errors import ConvergenceError
 
@@ -217,7 +217,7 @@ def test_one_slack_bar_is_refused(strain):
     with pytest.raises(ConvergenceError, match=r"1 .*of order 1.* slack") as caught:
         solved(chord_span(10, 20, strain, 1e6), 1)
     record = caught.value.record
-    assert isinstance(record, Record)
+    assert isinstance(record, NewtonRecord)
     assert record.steps >= 1
     assert str(record).endswith(REASONS[SLACK])
     assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)

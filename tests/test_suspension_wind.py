@@ -21,9 +21,8 @@ from test_suspension_loop import TWO
 from cablestudy.cable.meshes import mesh_segments
 from cablestudy.control.loop import Loop
 from cablestudy.errors import NoSolutionError
-from cablestudy.motion import gust_response
 from cablestudy.motion.tolerances import MOTION
-from cablestudy.motion.turbulence import OWN
+from cablestudy.motion.turbulence import VALUE_AND_RATE
 from cablestudy.statics import rest
 from cablestudy.study.columns import find
 from cablestudy.study.scene_kind import why_not
@@ -395,7 +394,7 @@ def test_the_stated_error_of_rotations_and_their_rates_is_true(count, monkeypatc
     Displacements do not depend on the nodes of the cables: 17 each with 64 modes, 33 with 160.
     """
     scene, found, moved = scene_at("carlina-net-wind"), [], []
-    about = [(f"gondola.r{axis}", kind, at_rest) for axis in "xyz" for kind in gust_response.OWN for at_rest in (0, 1)]
+    about = [(f"gondola.r{axis}", kind, at_rest) for axis in "xyz" for kind in ("value", "rate") for at_rest in (0, 1)]
     for modes, orders in ((count, TOLERANCES.rod_orders), (160, 150)):
         monkeypatch.setattr(type(MOTION), "model_modes", (modes,))
         monkeypatch.setattr(type(TOLERANCES), "rod_orders", orders)
@@ -721,7 +720,8 @@ def test_few_panels_of_frequency_resolve_gusts_on_cables(spectrum):
     response = case_at("carlina-net-wind", f"wind.spectrum={spectrum}").analysis.response
     turbulence, (low, high) = response.turbulence, response.turbulence.range
     edges = np.geomspace(low, high, 1 + round(32 * np.log10(high / low)))
-    expected = Integrals.on(edges, turbulence.in_wind.gusts, OWN, turbulence.least).variances(turbulence.residues)
+    integrals = Integrals.on(edges, turbulence.in_wind.gusts, VALUE_AND_RATE, turbulence.least)
+    expected = integrals.variances(turbulence.residues)
     found = turbulence.variances.value
     assert len(turbulence.in_wind.gusts.edges(low, high)) < len(edges) / 7
     assert found == pytest.approx(expected, rel=1e-7, abs=0)

@@ -13,7 +13,7 @@ import numpy as np
 from cablestudy.cable.equilibrium_residual import EquilibriumResidual
 from cablestudy.cable.geometry import midspan, sag_and_swing
 from cablestudy.cable.midspan import arc_length_at_midspan
-from cablestudy.cable.newton import CONVERGED, STALLED, UNDETERMINED, Record, newton
+from cablestudy.cable.newton import CONVERGED, STALLED, UNDETERMINED, NewtonRecord, newton
 from cablestudy.cable.records import take_rows
 from cablestudy.cable.segment import (
     SegmentedCable,
@@ -63,7 +63,7 @@ class Catenary(SegmentedCable):
     tension: tuple  # tension vector at mid-segment, chord frame, 3 arrays of shape (..., k + 1) [N]
     segments: Segments
     terms: SegmentTerms  # closed-form quantities of each segment
-    record: Record
+    record: NewtonRecord
 
     def take(self, index):
         """One cable of a batch of shape (n,)."""

@@ -82,7 +82,7 @@ class CatenaryInDrag(SegmentedCable):
 
     @property
     def record(self):
-        """`Record` of the search for the catenary."""
+        """`NewtonRecord` of the search for the catenary."""
         return self.catenary.record
 
     @property
@@ -139,14 +139,17 @@ class CatenaryInDrag(SegmentedCable):
         return self.catenary.tension_at(position) + self._change_of_tension(position)
 
     def _change_of_tension(self, position):
+        """Tension vector less that of `catenary` at positions along the cable, shape (..., j, 3). [N]"""
         return self.constant - self._by_drag(position)
 
     @cached_property
     def _by_slope(self):
+        """Function of the position: displacement from the chord less that of `catenary`. [-]"""
         return _integral(self.pieces, self.slope)
 
     @cached_property
     def _by_drag(self):
+        """Function of the position: drag from end 1 on, less that of the uniform drag. [N]"""
         return _integral(self.pieces, self.difference)
 
     # ---------------------------------------------------------------------- tensions between edges and points
@@ -186,6 +189,7 @@ class CatenaryInDrag(SegmentedCable):
         return self._of_segments(lambda begin, end: (end - begin) / 2)
 
     def _of_segments(self, combine):
+        """`combine` of the tension vectors at both ends of each segment, a function of two arrays: (..., s, 3)."""
         vectors = self._edge_vectors
         combined = combine(vectors[..., :-1, :], vectors[..., 1:, :])
         return combined.reshape(*combined.shape[:-3], -1, 3)

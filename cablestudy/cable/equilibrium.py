@@ -166,7 +166,7 @@ def solve_many(catenary, mesh, uneven=None):
     -------
     state : State
         Tensions, directions and displacements of the elements.
-    record : Record
+    record : NewtonRecord
         Of the last Newton iteration; its `reason` tells whether each cable is in equilibrium.
     """
     if uneven is None:
@@ -226,7 +226,7 @@ def _solve_loads(catenary, mesh, nodal=None):
 
 
 def solve(catenary, mesh):
-    """`State` and `Record` of one discrete cable in equilibrium, from its `Catenary` as the start.
+    """`State` and `NewtonRecord` of one discrete cable in equilibrium, from its `Catenary` as the start.
 
     Raises
     ------
@@ -240,7 +240,7 @@ def solve(catenary, mesh):
 
 
 def refusal(record, mesh):
-    """`ConvergenceError` that states why one discrete cable has no equilibrium, from its `Record`."""
+    """`ConvergenceError` that states why one discrete cable has no equilibrium, from its `NewtonRecord`."""
     if record.reason == SLACK:
         return ConvergenceError(
             f"too few elements ({mesh.elements} of order {mesh.order}) for so sharp a bend: "

@@ -44,9 +44,9 @@ def reach_beyond_ends(cable):
     ends but near one of them, and distances from its chord are those from the chord's line.
     """
     run = cable.span.frame[..., 0, :] * np.array([1.0, 1.0, 0.0])
-    level = np.hypot(run[..., 0], run[..., 1])
-    upright, length = level <= CABLE.distance_rounding, level * cable.span.chord
-    normal = run / np.where(upright, 1.0, level)[..., None]
+    horizontal = np.hypot(run[..., 0], run[..., 1])
+    upright, length = horizontal <= CABLE.distance_rounding, horizontal * cable.span.chord
+    normal = run / np.where(upright, 1.0, horizontal)[..., None]
     along = (points_along(cable, cable.extremes(normal)) * normal[..., None, :]).sum(axis=-1)
     beyond = np.maximum(0.0, np.maximum(along.max(axis=-1) - length, -along.min(axis=-1)))
     return np.where(upright, 0.0, beyond)
@@ -132,9 +132,9 @@ def chord_angles(chord):
     from_plumb : ndarray, shape (...)
         Between the chord and the vertical, from 0 to pi/2. [rad]
     """
-    level, rise = np.hypot(chord[..., 0], chord[..., 1]), chord[..., 2]
-    level, rise = (np.where(np.abs(x) > CABLE.level_chord, x, 0.0) for x in (level, rise))  # rounding is no angle
-    return np.arctan2(rise, level), np.arctan2(level, np.abs(rise))
+    run, rise = np.hypot(chord[..., 0], chord[..., 1]), chord[..., 2]
+    run, rise = (np.where(np.abs(x) > CABLE.level_chord, x, 0.0) for x in (run, rise))  # rounding is no angle
+    return np.arctan2(rise, run), np.arctan2(run, np.abs(rise))
 
 
 def load_sag(cable):
@@ -169,9 +169,9 @@ def below_chord(cable, shares, points):
     """
     span = cable.span
     chord = span.frame[0] * float(span.chord)
-    level = np.hypot(*chord[:2])
-    if level > CABLE.upright_chord * float(span.chord):  # else at the same share of the length, as for `sag`
-        shares = points[:, :2] @ chord[:2] / level**2
+    run = np.hypot(*chord[:2])
+    if run > CABLE.upright_chord * float(span.chord):  # else at the same share of the length, as for `sag`
+        shares = points[:, :2] @ chord[:2] / run**2
     return shares * chord[2] - points[:, 2]
 
 

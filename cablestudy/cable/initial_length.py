@@ -18,6 +18,7 @@ BELOW_LEAST = "below the least that this cable can have"  # of a tension, in mes
 
 
 def _tension_at_end(end):
+    """Function of a `Catenary`: its tension at end 1 (0) or end 2 (1), shape (...). [N]"""
     return lambda catenary: np.sqrt((catenary.end_forces()[..., end, :] ** 2).sum(axis=-1))
 
 

@@ -201,7 +201,7 @@ def _stiffness_by_differences(movements, forces):
     -------
     stiffness, error : float
         [N/m], and relative
-    place : int
+    index : int
         Index of the movement whose difference this is.
     """
     slopes, apart = (forces[0] - forces[1]) / (2 * movements), CABLE.movements_apart
@@ -211,9 +211,9 @@ def _stiffness_by_differences(movements, forces):
     if np.isnan(changes).all():
         return 0.0, 0.0, 0
     best = int(np.nanargmin(changes))
-    place = best + CABLE.neighbours
-    stiffness = float(slopes[place])
-    return stiffness, float(changes[best]) / max(abs(stiffness), CABLE.tiny), place
+    index = best + CABLE.neighbours
+    stiffness = float(slopes[index])
+    return stiffness, float(changes[best]) / max(abs(stiffness), CABLE.tiny), index
 
 
 def _first_nonlinear(force, linear):

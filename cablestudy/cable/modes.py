@@ -73,6 +73,7 @@ class Modes:
         return self.count
 
     def _values(self, name):
+        """Values of the lowest modes of this cable by their name in `combined`, shape (..., k)."""
         return self.combined.values(name)[self.cable][..., : self.count]
 
     @cached_property

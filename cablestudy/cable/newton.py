@@ -28,7 +28,7 @@ REASONS = (
 
 
 @dataclass(frozen=True)
-class Record:
+class NewtonRecord:
     """Newton steps of one cable or of a batch; values of steps after a cable has stopped are NaN."""
 
     residual: np.ndarray  # largest component before each step, shape (steps, ...) [-]
@@ -55,14 +55,15 @@ class Record:
         return last
 
     def of(self, index):
-        """`Record` of one cable of a batch, or of several."""
+        """`NewtonRecord` of one cable of a batch, or of several."""
         all_steps = (slice(None), *np.index_exp[index])
-        return Record(self.residual[all_steps], self.correction[all_steps], self.share[all_steps], self.reason[index])
+        steps = (values[all_steps] for values in (self.residual, self.correction, self.share))
+        return NewtonRecord(*steps, self.reason[index])
 
     def then(self, later):
-        """`Record` of this iteration and a later one, one after the other, with the reason of the later one."""
+        """`NewtonRecord` of this iteration and a later one, one after the other, with the reason of the later one."""
         pairs = ((self.residual, later.residual), (self.correction, later.correction), (self.share, later.share))
-        return Record(*(np.concatenate(pair) for pair in pairs), later.reason)
+        return NewtonRecord(*(np.concatenate(pair) for pair in pairs), later.reason)
 
     def __str__(self):
         """Number of steps of one cable, their corrections, and why it stopped."""
@@ -95,7 +96,7 @@ def newton(problem, unknown, active):
         The solution; no digit of a cable depends on the other cables.
     point : tuple
         Second value of `problem.residual` at the solution.
-    record : Record
+    record : NewtonRecord
     """
     gap, point = problem.residual(unknown)
     change, settled = np.full(active.shape, np.inf), np.zeros(active.shape, dtype=bool)
@@ -137,7 +138,7 @@ def newton(problem, unknown, active):
         _assign(solution, moving, (unknown, point))
         unknown, point = solution
     residual, change, share = np.moveaxis(np.array(trace), 1, 0)
-    return unknown, point, Record(residual, change, share, np.where(settled, CONVERGED, STALLED))
+    return unknown, point, NewtonRecord(residual, change, share, np.where(settled, CONVERGED, STALLED))
 
 
 def _spread(part, shape, index):

@@ -196,7 +196,7 @@ def _flexibility_of_small_beta(tension, weight, cosine, sine, terms):
 def _gauss_rule(dimensions):
     """Places tau of Gauss's rule on a segment, from -1/2 to 1/2, and their weights times tau^2.
 
-    Both have the shape (points, 1, ...) with so many dimensions behind the first.
+    Both have the shape (points, 1, ...), with `dimensions` axes of length one after the first.
     """
     tau, share = (column.reshape(-1, *[1] * dimensions) / 2 for column in (GAUSS_POINTS, GAUSS_WEIGHTS))
     return tau, share * tau**2
@@ -328,6 +328,7 @@ class SegmentedCable:
 
     @property
     def _local_end_forces(self):
+        """`end_forces` in the axes of the chord. [N]"""
         half = self.half_changes
         at_end_1, at_end_2 = (self.mid_forces - half)[..., 0, :], (self.mid_forces + half)[..., -1, :]
         return np.stack([at_end_1, -at_end_2], axis=-2)

@@ -165,7 +165,7 @@ class StableGains:
         """L over the gain at `frequencies`: `LoopGainCurves`.
 
         A pole that crosses the axis near this gain is extrapolated from its crossing; the integrator has one at -gain.
-        The least frequency is that of a loop as good as at rest.
+        The least frequency is that of a loop that hardly moves.
         """
         curve, first = self.curve, self.curve.omega[0]
         if not gain:

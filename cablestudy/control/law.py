@@ -49,8 +49,8 @@ class Law:
         return not (self.proportional or self.derivative)
 
     @property
-    def weights(self):
-        """w_i, w_p and w_d."""
+    def relative_gains(self):
+        """Gains of the parts over the gain of the loop: w_i, w_p and w_d."""
         return self.integral, self.proportional, self.derivative
 
     @property
@@ -75,9 +75,9 @@ class Law:
         if self.integrates_only:
             return f"a gain of {gain:.{digits}g} rad/s"
         units, gains = {"integral": " rad/s", "proportional": "", "derivative": " s"}, []
-        for (part, unit), weight in zip(units.items(), self.weights, strict=True):
-            if weight:
-                gains.append(f"{gain * weight:.{digits}g}{unit} ({part})")
+        for (part, unit), relative_gain in zip(units.items(), self.relative_gains, strict=True):
+            if relative_gain:
+                gains.append(f"{gain * relative_gain:.{digits}g}{unit} ({part})")
         return f"gains of {', '.join(gains)}" if len(gains) > 1 else f"a gain of {gains[0]}"
 
     def approximants(self, highest):

@@ -57,11 +57,12 @@ def poles_of_modes(loop_gains, modes):
         row, blocks = np.repeat(np.arange(len(members)), counts), [np.zeros((2, 0))]
         for begin in range(0, len(omega), CONTROL.modes_at_once):  # whose matrices stay in the processor's cache
             part = slice(begin, begin + CONTROL.modes_at_once)
-            blocks.append(_held_and_driven(members, row[part], omega[part], decay[part], w[part], by_winches[part]))
-        held, driven = np.concatenate(blocks, axis=1) * omega**4  # W^4 w^T Z_r^-1 w, and X
-        poles = -decay + 1j * np.sqrt(omega**2 - held - decay**2)  # of s^2 + c s + W^2 = W^4 w^T Z_r^-1 w, c = 2 decay
+            blocks.append(_terms_of_poles(members, row[part], omega[part], decay[part], w[part], by_winches[part]))
+        without_gain, per_gain = np.concatenate(blocks, axis=1) * omega**4  # W^4 w^T Z_r^-1 w, and X
+        # s^2 + c s + W^2 = W^4 w^T Z_r^-1 w, c = 2 decay
+        poles = -decay + 1j * np.sqrt(omega**2 - without_gain - decay**2)
         edges = np.cumsum(counts)[:-1]
-        of_rows = zip(np.split(poles, edges), np.split(-driven / (2 * poles), edges), strict=True)
+        of_rows = zip(np.split(poles, edges), np.split(-per_gain / (2 * poles), edges), strict=True)
         for index, of_row in zip(indices, of_rows, strict=True):
             found[index] = of_row
     return found
@@ -86,7 +87,7 @@ def _arrays_of_modes(loop_gain, modes):
     return tuple(np.concatenate(arrays) for arrays in zip(*by_cable, strict=True))
 
 
-def _held_and_driven(loop_gains, row, omega, decay, w, by_winches):
+def _terms_of_poles(loop_gains, row, omega, decay, w, by_winches):
     """Terms w^T Z_r^-1 w and X/W^4 of n modes of single cables, see the module's docstring: shape (2, n).
 
     The arrays have n rows, one per mode: `row` is the number of its loop gain, ascending; the others are from

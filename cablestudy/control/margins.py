@@ -48,7 +48,7 @@ class Margins:
         [rad/s]
     check_peak : callable
         Called with the frequency of a peak of the sensitivity or of the disk margin [rad/s]: raises NoSolutionError
-        where that peak is that of a mode as good as undamped, whose height is rounding.
+        where that peak is that of a nearly undamped mode, whose height is rounding.
     matrices : ndarray, shape (f, k, k), optional
         L over the gain at these frequencies, where it is known.
     """

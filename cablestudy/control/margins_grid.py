@@ -44,12 +44,12 @@ def _apart(poles):
     """
     size, share = np.abs(poles), CONTROL.poles_together
     ratio = np.round(np.log(_half_width(poles) / size) / share)  # its logarithm, in steps of that share
-    place = np.round(np.log(size) / (share * np.exp(share * ratio)))
-    return poles[np.unique(place + 1j * ratio, return_index=True)[1]]
+    log_size = np.round(np.log(size) / (share * np.exp(share * ratio)))
+    return poles[np.unique(log_size + 1j * ratio, return_index=True)[1]]
 
 
 def _half_width(poles):
-    """Half of the width of the resonance of each pole, at least what is as good as nothing. [rad/s]"""
+    """Half of the width of the resonance of each pole, at least that of a pole that is hardly damped. [rad/s]"""
     return np.maximum(np.abs(poles.real), CONTROL.infinite_at_pole * np.abs(poles))
 
 

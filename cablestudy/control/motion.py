@@ -159,7 +159,7 @@ def with_actuators(layout, system, actuators):
 
 
 def with_strokes(matrix, strokes):
-    """A matrix by coordinates, shape (..., m), with columns of zeros for so many strokes, shape (..., m + strokes)."""
+    """A matrix by coordinates, shape (..., m), with columns of zeros for `strokes`, shape (..., m + strokes)."""
     if not strokes:
         return matrix
     return np.concatenate([matrix, np.zeros((*matrix.shape[:-1], strokes))], axis=-1)

@@ -39,7 +39,7 @@ def nearby_margins(known, unit_gain):
     -------
     Margins or None
         To first order in L' - L; None where L' differs too much for that, or L has no peak above the size of I. Where
-        L has that of a mode as good as undamped, peaks are not estimated.
+        L has that of a nearly undamped mode, peaks are not estimated.
     """
     (crossovers, angles), count = known.crossovers, len(known.crossovers[0])
     try:

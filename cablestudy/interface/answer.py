@@ -1,4 +1,4 @@
-"""Answer of a command: its tables, what is to be said about them, and a picture."""
+"""Answer of a command: its tables, warnings and notes on them, and a picture."""
 
 from __future__ import annotations
 

@@ -99,7 +99,7 @@ class SceneCommands:
                 raise NoSolutionError(f"{error}{hint}") from None
             raise
         failures = tuple(f"{failure}{self._hint(failure)}" for failure in answer.failures)
-        above_accuracy = () if what == "limits" else self._above_accuracy(answer)  # limits are told to be undecided
+        above_accuracy = () if what == "limits" else self._above_accuracy(answer)  # limits are reported as undecided
         warnings = (*answer.warnings, *above_accuracy)
         return replace(answer, failures=failures, warnings=warnings, draw=self._with_case_in_title(answer.draw))
 

@@ -24,7 +24,7 @@ def static(scene, table=None, estimate=False):
 
     case, failures = scene.case, []
     tables = static_tables(case, table, failures)
-    return _answer_of_case(case, failures, tables=_named(table, tables), draw=lambda plots: plots.static_form(case))
+    return _answer_of_case(case, failures, tables=_of_name(table, tables), draw=lambda plots: plots.static_form(case))
 
 
 def shape(scene, estimate=False):
@@ -40,7 +40,7 @@ def form(scene, table=None):
     """The form of a net by force densities."""
     from cablestudy.study.suspension.report import chosen_tables, form_tables
 
-    return Answer(tables=_named(table, chosen_tables(form_tables(scene.document, scene.model), table)))
+    return Answer(tables=_of_name(table, chosen_tables(form_tables(scene.document, scene.model), table)))
 
 
 def modes(scene, count=None, upto=None, cable=None, estimate=False):
@@ -94,7 +94,7 @@ def windrms(scene, table=None, estimate=False):
     tables, failures = wind_tables(scene.document, case, table)
     draw = None if failures else lambda plots: plots.wind_response([case.analysis])
     remarks = () if failures else remarks_of(case, tables)
-    return _answer_of_case(case, failures, remarks, tables=_named(table, tables), draw=draw)
+    return _answer_of_case(case, failures, remarks, tables=_of_name(table, tables), draw=draw)
 
 
 def solve_loop(scene, frequency_range, time_options, table, estimate):
@@ -111,11 +111,11 @@ def solve_loop(scene, frequency_range, time_options, table, estimate):
     tables, failures = ({}, ()) if frequency_range or time_options else loop_tables(case, table)
     failures = unstable(case.analysis.loop_for_margins) if frequency_range else failures
     remarks = remarks_on_coordinates(case, tables)
-    return _answer_of_case(case, failures, remarks, tables=_named(table, tables)), case.analysis
+    return _answer_of_case(case, failures, remarks, tables=_of_name(table, tables)), case.analysis
 
 
-def _named(name, tables):
-    """Several tables, or the one of a name as the only one."""
+def _of_name(name, tables):
+    """All of some tables; or, if a name is given, the one of this name alone."""
     return only(tables[name]) if name else tables
 
 

@@ -220,8 +220,8 @@ class _PoleSearch:
                     about = models.take(self._cables[cables], modes.models.cables), None, modes.layout.equilibrium
                     damping |= {count * row + cable: matrix for cable, matrix in airflow.damping_of_cables(*about)}
                     stiffness |= {count * row + cable: matrix for cable, matrix in airflow.stiffness_of_cables(*about)}
-            damped = [cables.with_further("further", damping) for cables in condensed]
-            self._condensed[models] = [cables.with_further("loads", stiffness) for cables in damped]
+            damped = [cables.with_matrices("added_damping", damping) for cables in condensed]
+            self._condensed[models] = [cables.with_matrices("loads", stiffness) for cables in damped]
         return self._condensed[models]
 
     @cached_property

@@ -264,6 +264,7 @@ class DrivenCables:
 
     @property
     def _gain_in_words(self):
+        """Gains of the law's parts with the trial gain, in words."""
         return self.closed_loop.untuned_loop.law.described(self.gain, 4)
 
     @property

@@ -15,7 +15,7 @@ from cablestudy.motion.model_search import closed_loops_of, search_models, stabl
 from cablestudy.motion.model_sizes import ModelSizes
 from cablestudy.motion.plant import Plant
 from cablestudy.motion.tolerances import MOTION
-from cablestudy.motion.turbulence import OWN
+from cablestudy.motion.turbulence import VALUE_AND_RATE
 from cablestudy.system.comparison import error_of_root, relative
 from cablestudy.system.coupled_modes import coupled_modes
 from cablestudy.system.mode_search import shaping_modes
@@ -455,17 +455,17 @@ class DynamicAnalysis:
             return np.sqrt(total), 0.0 if self.model is None else np.nan
         if not self.sizes.error_known:
             return np.sqrt(total), np.nan
-        own_error = error_of_root(variances.error_of(variance, names) / total)
-        return np.sqrt(total), self._with_safety(own_error, response.closed_loop.modes, sees_own_motion=variance in OWN)
+        own_error, modes = error_of_root(variances.error_of(variance, names) / total), response.closed_loop.modes
+        return np.sqrt(total), self._with_safety(own_error, modes, of_motion=variance in VALUE_AND_RATE)
 
-    def _with_safety(self, error, modes, sees_own_motion):
+    def _with_safety(self, error, modes, of_motion):
         """Relative error of an RMS that is stated, from that estimated from one model with some `CoupledModes`. [-]
 
         It is taken `MOTION.one_model_safety` times, but not above the accuracy by that alone. Of what a telescope sees,
-        which hangs on high modes, the highest ones say less if they do not suffice: no such bound then.
+        which depends on high modes, the highest ones say less if they do not suffice: no such bound then.
         """
         accuracy = self.sizes.accuracy
-        most = accuracy if sees_own_motion or error <= accuracy else np.inf
+        most = accuracy if of_motion or error <= accuracy else np.inf
         return max(error, min(MOTION.one_model_safety * error, most), self.sizes.least_error(modes))
 
     def sum_of_variances(self, names, variance):
@@ -476,7 +476,7 @@ class DynamicAnalysis:
     def _variances_of(self, names, variance, open_loop):
         """`GustResponse`, its `Variances`, and those of some names that the model has; arguments are those of `rms`."""
         response = self.response_of(open_loop)
-        variances = response.variances if variance in OWN else response.in_images
+        variances = response.variances if variance in VALUE_AND_RATE else response.in_images
         names = [name for name in names if name in variances.rows]
         response.check_damped(names)
         return response, variances, names

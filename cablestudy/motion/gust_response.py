@@ -14,7 +14,7 @@ import numpy as np
 from cablestudy.errors import NoSolutionError
 from cablestudy.motion.left_out_modes import BodiesOnAllModes
 from cablestudy.motion.tolerances import MOTION
-from cablestudy.motion.turbulence import OWN, Turbulence
+from cablestudy.motion.turbulence import VALUE_AND_RATE, Turbulence
 from cablestudy.system.together import computed_together
 from cablestudy.wind.imaging import image_weights
 from cablestudy.wind.tolerances import WIND
@@ -56,10 +56,12 @@ class Variances:
 
     @cached_property
     def _rates_beyond(self):
+        """Value of `rates_beyond`."""
         return self.rates_beyond()
 
     @cached_property
     def _errors_by_waves(self):
+        """Value of `errors_by_waves`: name of variances -> errors, shape (o,)."""
         return dict(zip(self.weighted, self.errors_by_waves(), strict=True))
 
     def sum_of(self, name, outputs):
@@ -169,10 +171,10 @@ class GustResponse:
 
     def check_damped(self, names):
         """Refuse a resonance of some outputs that the wind excites and nothing bounds: NoSolutionError."""
-        self._refuse(self._undamped[[self.names.index(name) for name in names]])
+        self._refuse_undamped(self._undamped[[self.names.index(name) for name in names]])
 
-    def _refuse(self, undamped):
-        """Refuse the first pole that nothing damps, of an array with 0 for outputs without one: NoSolutionError."""
+    def _refuse_undamped(self, undamped):
+        """Refuse poles that nothing damps, an array with 0 for outputs without one: NoSolutionError that names one."""
         if not undamped.any():
             return
         pole = undamped[np.argmax(undamped != 0)]
@@ -198,7 +200,7 @@ class GustResponse:
         return replace(variances, by_modes=np.minimum(variances.by_modes, MOTION.change_safety * change))
 
     @cached_property
-    def own_variances(self):
+    def motion_variances(self):
         """`_variances` of displacements and rates."""
         return self._variances()
 
@@ -206,15 +208,16 @@ class GustResponse:
     def left_out_at_most(responses):
         """Upper bound of `left_out`, shape (2, o), zero of values or rates where no change of these matters."""
         Turbulence.all_residues.compute([one._left_out.turbulence for one in responses if np.isfinite(one._least)])
-        return ((one, one._left_out.at_most(OWN, one.own_variances.value, one._least)) for one in responses)
+        for one in responses:
+            yield one, one._left_out.at_most(VALUE_AND_RATE, one.motion_variances.value, one._least)
 
     @computed_together
     def left_out(responses):
-        """Errors of `own_variances` by modes that all models leave out, shape (2, o), see `LeftOutModes`."""
+        """Errors of `motion_variances` by modes that all models leave out, shape (2, o), see `LeftOutModes`."""
         GustResponse.left_out_at_most.compute(responses)
         needed = [one for one in responses if one._left_out.needs_bodies_at_rest and one.left_out_at_most.any()]
         BodiesOnAllModes.loop_gain.compute([one.closed_loop.plant.all_modes for one in needed])
-        return ((one, one._left_out_by(OWN, one.own_variances)) for one in responses)
+        return ((one, one._left_out_by(VALUE_AND_RATE, one.motion_variances)) for one in responses)
 
     @cached_property
     def _left_out_of_images(self):
@@ -225,9 +228,9 @@ class GustResponse:
         """Errors of some variances with weights by modes that all models leave out, shape (w, o)."""
         return self._left_out.of_movements(weights, variances.value, variances.by_modes, self._least)
 
-    def _left_out_of_own(self, name):
+    def _left_out_of_motion(self, name):
         """`left_out` of "value" or "rate", shape (o,), which is not computed where the bound says that none matters."""
-        kind = list(OWN).index(name)
+        kind = list(VALUE_AND_RATE).index(name)
         return self.left_out[kind] if self.left_out_at_most[kind].any() else self.left_out_at_most[kind]
 
     @property
@@ -237,6 +240,7 @@ class GustResponse:
 
     @staticmethod
     def _variances_of(turbulence, weights):
+        """`ModelVariances` of some `Turbulence` with weights, or of displacements and rates if these are None."""
         return turbulence.weighted_variances(weights) if weights else turbulence.variances
 
     @cached_property
@@ -270,7 +274,7 @@ class GustResponse:
             if name.endswith((".x", ".y", ".z")) and name.partition(".")[0] not in passed_over
         ]
         groups, errors = np.array(_groups(self.names))[displacements], [0.0]
-        value, by_modes = self.own_variances.value, self.own_variances.by_modes
+        value, by_modes = self.motion_variances.value, self.motion_variances.by_modes
         if self._image_weights:
             value = np.concatenate([value, self._image_variances.value])
             by_modes = np.concatenate([by_modes, self._image_variances.by_modes])
@@ -285,7 +289,7 @@ class GustResponse:
     @cached_property
     def variances(self):
         """`Variances` of all outputs and their rates, without what nothing damps: see `check_damped`."""
-        return self._with_errors(OWN, self.own_variances)
+        return self._with_errors(VALUE_AND_RATE, self.motion_variances)
 
     @cached_property
     def in_images(self):
@@ -316,11 +320,11 @@ class GustResponse:
         error = error + (self.integration_error + self._error_of_decay) * value
         values, errors = dict(zip(weights, value, strict=True)), dict(zip(weights, error, strict=True))
         rows = {name: row for row, name in enumerate(self.names)}
-        if weights is not OWN:  # a telescope sees no tension
+        if weights is not VALUE_AND_RATE:  # a telescope sees no tension
             left_out = dict(zip(weights, self._left_out_of_images, strict=True))
             return Variances(rows, values, errors, left_out.get)
         by_waves = partial(self._tension_errors_by_waves, value, by_modes)
-        return Variances(rows, values, errors, self._left_out_of_own, self._rates_beyond, by_waves)
+        return Variances(rows, values, errors, self._left_out_of_motion, self._rates_beyond, by_waves)
 
     def _rates_beyond(self):
         """Variances of rates above the highest frequency of the integrals at most, shape (o,).
@@ -352,7 +356,7 @@ class GustResponse:
     def _energy_by_cables(self, weights):
         """Energies of displacements if all force of gusts on cables acted on them, shape (w, o); 0 of other outputs.
 
-        They are bounds by which rounding is told: `force^2/stiffness`, of rates times the lowest frequency squared.
+        Far below them energies count as rounding: `force^2/stiffness`, of rates times the lowest frequency squared.
         """
         displacements = [name.endswith((".x", ".y", ".z")) for name in self.names]
         slow = float(self.closed_loop.modes.omega[0]) ** 2
@@ -376,7 +380,7 @@ class GustResponse:
             A resonance that nothing damps moves a winch.
         """
         value, by_modes, by_delay, undamped = self.turbulence.winch_speeds
-        self._refuse(undamped)
+        self._refuse_undamped(undamped)
         # gusts on cables excite the modes between those of the model, and these move winches
         if self.in_wind.gusts.strips and self.closed_loop.plant.driven:
             by_modes = MOTION.one_model_safety * by_modes

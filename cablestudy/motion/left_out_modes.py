@@ -24,7 +24,7 @@ from cablestudy.control.loop_gain import LoopGain
 from cablestudy.control.margins_grid import distinct, near_poles
 from cablestudy.control.motion import with_strokes
 from cablestudy.motion.tolerances import MOTION
-from cablestudy.motion.turbulence import OWN
+from cablestudy.motion.turbulence import VALUE_AND_RATE
 from cablestudy.statics.suspension import outward_tangents
 from cablestudy.system.coupling_damping import compute_pole_sums
 from cablestudy.system.together import computed_together
@@ -173,7 +173,7 @@ class BodiesOnAllModes:
 
 
 def _variances_added(omega, coupling, decay):
-    """What resonances of modes add to the variances of bodies, over an unknown factor, shape (n,).
+    """Estimate what resonances of modes add to the variances of bodies, over an unknown factor, shape (n,).
 
     A mode with a coupling c to the bodies, shape (n, d), and a decay a [1/s] adds about c^4 S/(a w^2), and the spectrum
     S of the gusts falls with w^(-5/3).
@@ -216,14 +216,14 @@ class LeftOutModes:
         """Errors of the variances of tensions and their rates, shape (2, o); 0 of others; as `of_movements`."""
         rows, change = self._plant.tension_rows, np.zeros(variances.shape)
         if len(self._plant.layout.free) and np.isfinite(least):
-            change[:, rows] = self._changes(self._tensions, OWN, variances[:, rows], others[:, rows], least)
+            change[:, rows] = self._changes(self._tensions, VALUE_AND_RATE, variances[:, rows], others[:, rows], least)
         return change
 
     def of_winch_speeds(self, variances, others, least):
         """Errors of the variances of speeds and accelerations of winches, shape (2, i); as `of_movements`."""
         if not (self._moves_winches and np.isfinite(least)):
             return np.zeros(variances.shape)
-        return self._changes(self._winch_speeds, OWN, variances, others, least)
+        return self._changes(self._winch_speeds, VALUE_AND_RATE, variances, others, least)
 
     @cached_property
     def _movements(self):
@@ -253,7 +253,7 @@ class LeftOutModes:
 
     @property
     def _counts_loop(self):
-        """True if motions above the model's modes hang on the loop, so that their responses are those with it closed.
+        """True if motions above the model's modes depend on the loop, so that their responses are those with it closed.
 
         They do behind a law with other parts than an integral, and where the loop would drive one of them first as its
         gain is raised.

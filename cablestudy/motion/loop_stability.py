@@ -236,7 +236,7 @@ class LoopStability:
         Raises
         ------
         NoSolutionError
-            A mode as good as undamped decides.
+            A mode that is nearly undamped decides.
         ConvergenceError
             Waves or modes of cables that were not looked at may make the limit smaller.
         """

@@ -76,14 +76,14 @@ def in_time(closed_loop, airflow, output, input_, components, times):
     loop, plant = closed_loop.loop, closed_loop.plant
     all_coordinates, coarse_space = plant.viscous_motion, plant.coarse_space_in_time
     coarse_motion = all_coordinates.within(coarse_space)
-    channel, rest = _Channel(output, input_, components, times), (loop.law.delay, times)
-    full = _response_in_space(closed_loop, airflow, loop, all_coordinates, None, channel).after_delay(*rest)
+    channel, delay_and_times = _Channel(output, input_, components, times), (loop.law.delay, times)
+    full = _response_in_space(closed_loop, airflow, loop, all_coordinates, None, channel).after_delay(*delay_and_times)
     coarse = _response_in_space(closed_loop, airflow, loop, coarse_motion, coarse_space, channel)
-    errors = time_response.differences(full, coarse.after_delay(*rest))
+    errors = time_response.differences(full, coarse.after_delay(*delay_and_times))
     if finer := closed_loop.with_twice_the_modes:
         same_loop = replace(loop, allocation=finer.body.allocation, notches=finer.body.notches)
         of_finer = _response_in_space(finer, airflow, same_loop, finer.plant.viscous_motion, None, channel)
-        errors = errors + 2 * time_response.differences(full, of_finer.after_delay(*rest))
+        errors = errors + 2 * time_response.differences(full, of_finer.after_delay(*delay_and_times))
     finer_delay = loop.law_states_of_finer_delay
     if finer_delay and times[-1] >= loop.law.delay:
         of_finer = _response_in_space(closed_loop, airflow, loop, coarse_motion, coarse_space, channel, finer_delay)

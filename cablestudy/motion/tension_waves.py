@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from cablestudy.motion.tolerances import MOTION
-from cablestudy.motion.turbulence import OWN
+from cablestudy.motion.turbulence import VALUE_AND_RATE
 from cablestudy.system.condensed_cables import laws_of
 from cablestudy.wind.integrals import Integrals
 
@@ -60,7 +60,7 @@ def change_by_waves(in_wind):
     )
     low, high = turbulence.range
     edges = gusts.edges(low, max(high, MOTION.wave_range * np.abs(poles).max() / (2 * np.pi)))
-    integrals = Integrals.on(edges, gusts, OWN, turbulence.least)
+    integrals = Integrals.on(edges, gusts, VALUE_AND_RATE, turbulence.least)
     changes = factor * np.abs(integrals.variances(with_waves) - variances[:, tension_rows])
     np.add.at(change.T, tension_rows, changes.T)  # those by both waves of each tension are added
     return change

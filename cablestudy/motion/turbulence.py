@@ -19,8 +19,8 @@ from cablestudy.wind.integrals import Integrals, variances_of_rows
 from cablestudy.wind.tolerances import WIND
 from cablestudy.wind.variance import smooth_on, with_turns
 
-# weights of displacements and rates
-OWN = {"value": np.ones_like, "rate": lambda frequency: (2 * np.pi * frequency) ** 2}
+# weights over frequency [Hz] of the spectra of displacements, for the variances of these and of their rates
+VALUE_AND_RATE = {"value": np.ones_like, "rate": lambda frequency: (2 * np.pi * frequency) ** 2}
 
 
 @dataclass(frozen=True)
@@ -148,7 +148,8 @@ class Turbulence:
         gusts, (low, high) = self.in_wind.gusts, self.range
         edges = with_turns(gusts.edges(low, high), self.loop.law.delay if self.loop else 0.0)
         edges = np.union1d(edges, [jump for jump in jumps if low < jump < high])
-        edges = edges if weights is OWN else smooth_on(edges, weights.values())  # panels resolve any power of frequency
+        if weights is not VALUE_AND_RATE:  # panels resolve any power of frequency
+            edges = smooth_on(edges, weights.values())
         return Integrals.on(edges, gusts, weights, self.least)
 
     @property
@@ -159,7 +160,7 @@ class Turbulence:
     @cached_property
     def _integrals(self):
         """`Integrals` of displacements and rates."""
-        return self._integrals_of(OWN)
+        return self._integrals_of(VALUE_AND_RATE)
 
     @computed_together
     def coarse(turbulences):

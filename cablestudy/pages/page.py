@@ -57,7 +57,7 @@ def short_line(error):
 
 
 class Page:
-    """Sections in their order; what cannot be computed is told in its place, and the rest goes on."""
+    """Sections in their order; the reason stands in place of what cannot be computed, and the rest goes on."""
 
     def __init__(self, title, subtitle, columns=()):
         self.title, self.subtitle = title, subtitle

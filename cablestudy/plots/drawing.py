@@ -338,6 +338,7 @@ def view_from_end_1(start, level, ground):
 
 
 def _side_view(origin, level, distance, height):
+    """`View` along the horizontal, its axis to the right along `level`, (x, y), with labels of both axes."""
     return View("Side view", np.array([[*level, 0.0], [0.0, 0.0, 1.0]]).T, (distance, height), origin)
 
 

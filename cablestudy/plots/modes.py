@@ -79,7 +79,7 @@ class ModeDrawing:
         return np.concatenate([self.displaced(*part, factor).reshape(-1, 2) for part in self.parts])
 
     def displaced(self, places, moved, factor):
-        """Places, shape (..., 3), with so many times their displacements, on the paper, shape (..., 2)."""
+        """Places, shape (..., 3), with `factor` times their displacements, on the paper, shape (..., 2)."""
         still = self.view(places)
         return still + (self.view(places + factor * moved) - still) * [self.across, 1.0]
 
@@ -156,7 +156,7 @@ def coupled_mode_shapes(case, modes, listed=None, share=None):
 
 
 def _ratio(shown):
-    """Height over width of the panel of each of so many modes."""
+    """Height over width of the panel of each of the modes that are drawn."""
     return PANEL_RATIOS[columns_of(len(shown))]
 
 
@@ -242,7 +242,7 @@ def _view_of_motion(plane, cables):
 
 
 def columns_of(count):
-    """How many of so many panels stand side by side."""
+    """How many of `count` panels stand side by side."""
     return 1 if count == 1 else 2 if count < 5 else 3
 
 

@@ -156,28 +156,28 @@ def give_looks(series, factors, joined):
     if len(series) <= NAMED_SERIES:
         for line, colour, mark in zip(series, SERIES, MARKS, strict=False):
             line.look |= {"color": colour, "marker": mark}
-        return [(Line2D([], [], **_shown(line.look, joined)), line.label or "computed") for line in series], None
+        return [(Line2D([], [], **_if_joined(line.look, joined)), line.label or "computed") for line in series], None
     if not factors:
         return _turns(series)
     main, *others = sorted(range(len(factors)), key=lambda k: -len(factors[k].levels))
     entries, bar = _colours(series, factors, main)
     if others and len(factors[others[0]].levels) <= len(MARKS):
         entries += _marks(series, factors, others.pop(0), joined)
-    entries += [(Line2D([], [], ls="none"), _not_told_apart(factors[k])) for k in others]
+    entries += [(Line2D([], [], ls="none"), _entry_of_equal_looks(factors[k])) for k in others]
     return entries, bar
 
 
-def _shown(look, joined):
+def _if_joined(look, joined):
     """A look, without the line where points are not joined."""
     return look if joined else look | {"ls": "none"}
 
 
-def _named(factor, level):
+def _legend_entry(factor, level):
     """Entry of a legend for a level of a factor."""
     return shortened(f"{factor.words} {factor.text(level)}", LONGEST_LABEL)
 
 
-def _not_told_apart(factor):
+def _entry_of_equal_looks(factor):
     """Entry of a legend for a factor by whose levels series look alike."""
     first, last = factor.text(0), factor.text(len(factor.levels) - 1)
     return shortened(f"one for each {factor.words}: {first} … {last}", LONGEST_LABEL)
@@ -189,7 +189,7 @@ def _colours(series, factors, k):
     count = len(factor.levels)
     if count <= NAMED_SERIES:
         colours, bar = SERIES, None
-        entries = [(Line2D([], [], color=SERIES[level], lw=3), _named(factor, level)) for level in range(count)]
+        entries = [(Line2D([], [], color=SERIES[level], lw=3), _legend_entry(factor, level)) for level in range(count)]
     elif numbers is not None:
         mappable, entries = colours_over(numbers, spaced_logarithmically(np.unique(numbers))), []
         colours, bar = mappable.to_rgba(numbers), (mappable, factor.quantities[0].label)
@@ -207,8 +207,8 @@ def _marks(series, factors, k, joined):
     looks = [{"marker": mark, "ls": dashes} for mark, dashes in zip(MARKS, MARKED_DASHES, strict=True)]
     for line in series:
         line.look |= looks[line.levels[k]]
-    samples = [Line2D([], [], color=GREY, ms=4.5, **_shown(look, joined)) for look in looks]
-    return [(samples[level], _named(factors[k], level)) for level in range(len(factors[k].levels))]
+    samples = [Line2D([], [], color=GREY, ms=4.5, **_if_joined(look, joined)) for look in looks]
+    return [(samples[level], _legend_entry(factors[k], level)) for level in range(len(factors[k].levels))]
 
 
 def _turns(series):

@@ -123,7 +123,7 @@ def save(figure, path):
 
 @styled
 def rendered(figure, kind, resolution):
-    """A figure as a file of "png", "svg" or "pdf", with so many pixels per inch: bytes."""
+    """A figure as a file of "png", "svg" or "pdf", as bytes; `resolution` in pixels per inch."""
     data = io.BytesIO()
     figure.savefig(data, format=kind, dpi=resolution, metadata=UNDATED[kind])
     return data.getvalue()
@@ -168,7 +168,7 @@ class Window:
         return "true to scale" if self.factor == 1 else f"{scale} enlarged {number(self.factor)} times"
 
     def apply(self, axes, along_x=8, along_y=6):
-        """Set these limits and this scale on axes, with at most so many ticks."""
+        """Set these limits and this scale on axes, with at most `along_x` and `along_y` ticks."""
         axes.set(xlim=self.x, ylim=self.y)
         axes.set_aspect(self.factor, adjustable="box")
         plain(axes, along_x, along_y)
@@ -217,19 +217,19 @@ class _PlainTicks(Formatter):
 
 
 def plain(axes, along_x, along_y):
-    """Set at most so many ticks at round numbers, with plain labels, on both axes."""
+    """Set at most `along_x` and `along_y` ticks at round numbers, with plain labels, on both axes."""
     plain_axis(axes.xaxis, along_x)
     plain_axis(axes.yaxis, along_y)
 
 
 def plain_axis(axis, count):
-    """Set at most so many ticks at round numbers, with plain labels, on one axis."""
+    """Set at most `count` ticks at round numbers, with plain labels, on one axis."""
     axis.set_major_locator(round_ticks(count))
     axis.set_major_formatter(_PlainTicks())
 
 
 def round_ticks(count):
-    """Locator of at most so many ticks at round numbers."""
+    """Locator of at most `count` ticks at round numbers."""
     return MaxNLocator(count, steps=(1, 2, 2.5, 5, 10))
 
 
@@ -251,7 +251,7 @@ def log_axis(axis, low, high, count=8, own=()):
 
 
 def log_ticks(axis, low, high, count=8, own=()):
-    """Set at most so many round ticks with plain labels on a logarithmic axis."""
+    """Set at most about `count` round ticks with plain labels on a logarithmic axis."""
     decades = np.log10(high / low)
     if len(own):
         axis.set_major_locator(FixedLocator(own))
@@ -383,7 +383,7 @@ def text_width(text, size):
 
 
 def wrapped(text, room, size):
-    """A text in lines of at most so many inches, words broken only where they are longer than that."""
+    """A text in lines of at most `room` inches, words broken only where they are longer than that."""
     lines = []
     for word in text.split():
         while text_width(word, size) > room and len(word) > 1:

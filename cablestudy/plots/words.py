@@ -87,7 +87,7 @@ def force_text(force, largest=None):
 
 
 def shortened(text, most=LONGEST):
-    """A text of at most so many characters, with an ellipsis in the middle where it is longer."""
+    """A text of at most `most` characters, with an ellipsis in the middle where it is longer."""
     if len(text) <= most:
         return text
     return f"{text[: most - most // 3 - 1].rstrip()}…{text[-(most // 3) :].lstrip()}"

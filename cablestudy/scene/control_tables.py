@@ -27,6 +27,7 @@ def _number_or(table, quantity):
 
 
 def _as_margin(value):
+    """`Margin` of a gain margin in dB; a `Margin` itself."""
     return value if isinstance(value, Margin) else Margin(gain_margin=value)
 
 

@@ -53,7 +53,7 @@ class Document:
         self.empty = list(empty)
 
     @property
-    def given(self):
+    def stated_keys(self):
         """The keys at the top level and their values, without those that are null."""
         return {key: value for key, value in self.value.items() if value is not None}
 
@@ -218,7 +218,7 @@ def resolve_base(document, chain=()):
         materials = _read_named_file(document, "materials")
         contents["materials"] = materials.value
         places = places | {("materials", *path): place for path, place in materials._places.items() if path}
-    if "base" not in document.given:
+    if "base" not in document.stated_keys:
         return Document(document.name, prune(contents), places, empty=nulls(contents))
     base = read_base(document, chain)
     empty = base.empty + [path for path in nulls(contents) if not is_set(base.value, path)]

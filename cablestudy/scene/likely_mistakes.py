@@ -58,7 +58,7 @@ def _bare_numbers(document):
 def _bare_shares(document):
     """Yield limits of a utilisation of 200 % and more without a unit, as `utilisation <= 60`."""
     for path, text in written_limits(document.value):
-        with suppress(ValueError, TypeError):  # what is no limit is told elsewhere
+        with suppress(ValueError, TypeError):  # what is no limit is reported elsewhere
             stated = comparison(text)
             number = bare_number(stated.number)
             if stated.column.endswith(SHARE) and number is not None and number >= SCENE.unlikely_utilisation:
@@ -68,7 +68,7 @@ def _bare_shares(document):
 def _doubtful_sections(document):
     """Yield a warning for each cable with a rope at another size than its own, or thick and of a solid material.
 
-    Cables with the same warning because of a size that they share are told once, at the first of them.
+    Cables with the same warning because of a size that they share are reported once, at the first of them.
     """
     shared, tables = mapping_at(document.value, ("cable",)), _tables_with_material(document)
     known = known_materials(document.value.get("materials")) if tables else {}

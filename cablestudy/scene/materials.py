@@ -329,7 +329,7 @@ def materials():
 def known_materials(table):
     """Name -> Material of all that a scene may name: those of its own table over the built-in ones.
 
-    An entry that is wrong is None, so that only its own mistakes are told. `table` has the plain values of the key
+    An entry that is wrong is None, so that only its own mistakes are reported. `table` has the plain values of the key
     `materials` of the scene, or is anything else, which is ignored.
     """
     if not isinstance(table, dict):

@@ -170,7 +170,7 @@ def _unknown_key_message(path, tables):
 
 
 def _wrong_length_messages(kind, context, value):
-    """The message, in a list, on too few or too many items; empty where items that are wrong are told already."""
+    """The message, in a list, on too few or too many items; empty where items that are wrong are reported already."""
     limit = context.get("max_length", context.get("min_length"))
     if kind == "too_short" and len(value) >= limit:  # pydantic leaves out the items that are wrong
         return []

@@ -169,12 +169,12 @@ def _quantity_in(field):
 
 def is_study(document):
     """True if a file is a study rather than a scene."""
-    return any(key in document.given for key in STUDY_KEYS)
+    return any(key in document.stated_keys for key in STUDY_KEYS)
 
 
 def is_suspension(document):
     """True if a scene describes several cables."""
-    return any(key in document.given for key in ("cables", "bodies", "points"))
+    return any(key in document.stated_keys for key in ("cables", "bodies", "points"))
 
 
 def refuse_study(document, is_base=False):

@@ -337,8 +337,8 @@ def _top_level(found):
 
 def _refuse_scene(source):
     """Refuse a document with keys of a scene, which is a scene or a study that should have them under `set`."""
-    places = {key: source.place((key,), of_key=True) for key in source.given if key in SCENE_KEYS}
-    if places and not STUDY_KEYS.isdisjoint(source.given):
+    places = {key: source.place((key,), of_key=True) for key in source.stated_keys if key in SCENE_KEYS}
+    if places and not STUDY_KEYS.isdisjoint(source.stated_keys):
         raise SceneError(*(mistake(place, key, OF_SCENE) for key, place in places.items()))
     if places:
         key = next((name for name in ("cable", "cables") if name in places), next(iter(places)))

@@ -240,7 +240,7 @@ class SuspensionScene(SceneTable):
         table_of = {name: "points" for name, point in self.points.items() if point.free}
         table_of |= {name: "bodies" for name, body in self.bodies.items() if body.free}
         partly_held = [name for name, body in self.bodies.items() if len(body.free) < len(MOTIONS)]
-        holding = [*self.cables.values(), *(link for link in self.links.values() if link.carries)]
+        holding = [*self.cables.values(), *(link for link in self.links.values() if link.may_carry_force)]
         owners = [tuple(self.attachment(end)[0] for end in line.ends) for line in holding]
         hint = " (a link without stiffness or length carries nothing in the reference state)" if self.links else ""
         messages = unsupported(table_of, partly_held, owners)

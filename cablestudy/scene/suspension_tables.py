@@ -253,8 +253,8 @@ class Link(KeyTable):
     ends = SuspendedCable.ends
 
     @property
-    def carries(self):
-        """True if it may carry something in the reference state."""
+    def may_carry_force(self):
+        """True if its spring may carry a force in the reference state: its stiffness and length are stated."""
         return self.length is not None and "stiffness" in self.model_fields_set
 
     def relations(self):

@@ -7,6 +7,6 @@ def counted(number, noun):
 
 
 def first_of(names, most):
-    """The first of some names, at most so many, and the number of those left out: `a, b and 3 more`."""
+    """The first of some names, at most `most`, and the number of those left out: `a, b and 3 more`."""
     left_out = len(names) - most
     return ", ".join(names[:most]) + (f" and {left_out} more" if left_out > 0 else "")

@@ -42,12 +42,12 @@ STEADY = "gondola.area, gondola.drag_coefficient, wind|load_case.wind"
 
 def stress_of(results):
     """Largest stress of each cable. [Pa]"""
-    return results.statics.max_tension / results.given("cable.section_area")
+    return results.statics.max_tension / results.number("cable.section_area")
 
 
 def utilisation_of(results):
     """Largest tension of each cable over its breaking force, NaN without one. [-]"""
-    return results.statics.max_tension / results.given("cable.section_breaking_force")
+    return results.statics.max_tension / results.number("cable.section_breaking_force")
 
 
 def over_strength(results):
@@ -58,7 +58,7 @@ def over_strength(results):
 def _mean_tension(results):
     """Mean tension of each cable, 0 where no part of it has any tension. [N]"""
     tension = np.where(results.statics.max_tension > 0, results.statics.mean_tension, 0.0)
-    return _as_stated(tension, results.given("cable.stated_preload"))
+    return _as_stated(tension, results.number("cable.stated_preload"))
 
 
 def _as_stated(numbers, stated):
@@ -69,12 +69,12 @@ def _as_stated(numbers, stated):
 def _catenary_constant(results):
     """Horizontal tension over weight per length, not finite without gravity. [m]"""
     with np.errstate(divide="ignore", invalid="ignore"):
-        return results.statics.horizontal_tension / (results.given("cable.section_mass") * results.given("gravity"))
+        return results.statics.horizontal_tension / (results.number("cable.section_mass") * results.number("gravity"))
 
 
 def _unstretched_length(results):
     """Unstretched length in the reference state: as the scene states it, to the last digit, else computed. [m]"""
-    stated = results.given("cable.unstretched_length")
+    stated = results.number("cable.unstretched_length")
     return np.where(np.isnan(stated), results.reference_length, stated)
 
 
@@ -171,7 +171,7 @@ def _coupling_stiffness(results):
 
 def _static_frequency(results):
     """Frequency of each gondola on the static stiffness of its cable along x. [Hz]"""
-    return np.sqrt(results.end_stiffness_along(0) / results.given("gondola.mass")) / (2 * np.pi)
+    return np.sqrt(results.end_stiffness_along(0) / results.number("gondola.mass")) / (2 * np.pi)
 
 
 def _below_horizontal(force):
@@ -217,8 +217,8 @@ def _shedding(name, meaning, index):
     """Column of a frequency of vortex shedding: the low, mean and high one have the indices 0, 1, 2."""
 
     def compute(results):
-        wind = SimpleNamespace(speed=results.given("wind.speed"), turbulence=results.given("wind.turbulence_along"))
-        return shedding_frequencies(wind, results.given("wind_diameter"))[index]
+        wind = SimpleNamespace(speed=results.number("wind.speed"), turbulence=results.number("wind.turbulence_along"))
+        return shedding_frequencies(wind, results.number("wind_diameter"))[index]
 
     return Column(name, "Hz", meaning, "scene", compute, f"wind, {DIAMETER}")
 
@@ -242,26 +242,26 @@ COLUMNS = (
     Column("stretched_length", "m", "length under tension", "statics", lambda r: r.statics.stretched_length),
     Column("chord", "m", "distance between the ends", "scene", lambda r: r.chord),
     Column("sag", "m", "vertical distance from chord to cable at mid-span", "statics",
-           lambda r: _as_stated(r.statics.sag, r.given("cable.sag")), determined_by="sag"),
+           lambda r: _as_stated(r.statics.sag, r.number("cable.sag")), determined_by="sag"),
     Column("sag_ratio", "", "sag over chord", "statics", lambda r: r.statics.sag / r.chord, determined_by="sag"),
     Column("mass", "kg", "mass of the cable, mass per length x unstretched length", "statics",
-           lambda r: r.given("cable.section_mass") * r.reference_length, of_reference=True),
+           lambda r: r.number("cable.section_mass") * r.reference_length, of_reference=True),
     Column("diameter", "mm", "outer diameter of the cross-section", "scene",
-           lambda r: 1e3 * r.given("cable.section_diameter"), DIAMETER),
+           lambda r: 1e3 * r.number("cable.section_diameter"), DIAMETER),
     Column("area", "mm^2", "metallic area of the cross-section", "scene",
-           lambda r: 1e6 * r.given("cable.section_area"), METAL),
+           lambda r: 1e6 * r.number("cable.section_area"), METAL),
     Column("elastic_modulus", "GPa", "axial stiffness over area", "scene",
-           lambda r: r.given("cable.section_elastic_modulus") / 1e9, "cable.section_elastic_modulus"),
+           lambda r: r.number("cable.section_elastic_modulus") / 1e9, "cable.section_elastic_modulus"),
     Column("density", "kg/m^3", "mass per length over area", "scene",
-           lambda r: r.given("cable.section_density"), "cable.section_density"),
+           lambda r: r.number("cable.section_density"), "cable.section_density"),
     Column("axial_stiffness", "N", "EA, tension per strain", "scene",
-           lambda r: r.given("cable.section_axial_stiffness")),
+           lambda r: r.number("cable.section_axial_stiffness")),
     Column("mass_per_length", "kg/m", "mass per length of the unstretched cable", "scene",
-           lambda r: r.given("cable.section_mass")),
+           lambda r: r.number("cable.section_mass")),
     Column("breaking_force", "N", "tension at which the cable breaks", "scene",
-           lambda r: r.given("cable.section_breaking_force"), STRONG),
+           lambda r: r.number("cable.section_breaking_force"), STRONG),
     Column("strain", "", "mean strain, mean tension over EA", "statics",
-           lambda r: _mean_tension(r) / r.given("cable.section_axial_stiffness")),
+           lambda r: _mean_tension(r) / r.number("cable.section_axial_stiffness")),
     Column("stress", "MPa", "largest tension over area", "statics", lambda r: stress_of(r) / 1e6, METAL),
     Column("utilisation", "", "largest tension over breaking force", "statics", utilisation_of, STRONG),
     Column("lambda_squared", "", "Irvine's parameter: stiffness by stretching over stiffness by sagging", "statics",
@@ -371,9 +371,9 @@ def family_member(name):
     return _frequency(f"{match[1]}{number}", family.meaning, number, *family.mode[1:])
 
 
-OWN = {column.name for column in COLUMNS}
+NAMES = {column.name for column in COLUMNS}
 
 
 def is_of_one_cable(column):
     """True if a column is one of this file, of one cable, or a key that a study solves for."""
-    return column.name in OWN or column.needs == "find" or (len(column.mode) == 3 and "." not in column.name)
+    return column.name in NAMES or column.needs == "find" or (len(column.mode) == 3 and "." not in column.name)

@@ -44,8 +44,8 @@ class CaseTable(StatedNumbers):
         """`CaseTable` of the cases at some indices, shape (m,)."""
         return self if len(indices) == len(self) else _table_of_cases(self.scene, self.cases, self.values, indices)
 
-    def given(self, path):
-        """A number of each case in SI, see `StatedNumbers.given`."""
+    def number(self, path):
+        """A number of each case in SI, see `StatedNumbers.number`."""
         return self._array(attribute(self.scene, path))
 
     def _values_at(self, path):

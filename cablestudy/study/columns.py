@@ -73,13 +73,13 @@ def find(name):
     elif dot:
         column, hint = _of_part(path, name), ""
     else:
-        column, hint = _named(name, (*COLUMNS, *OF_SUSPENSIONS)) or family_member(name), ""
+        column, hint = _column_of_name(name, (*COLUMNS, *OF_SUSPENSIONS)) or family_member(name), ""
     if column is None:
         raise ValueError(f"unknown column {name!r} ({hint or _suggestion(path, quantity)})")
     return column
 
 
-def _named(name, columns):
+def _column_of_name(name, columns):
     """The one of some columns that has a name, with or without its unit; None where there is none."""
     return next((column for column in columns if name in (column.name, column.header)), None)
 
@@ -97,7 +97,7 @@ def _of_part(path, name):
         return None
     owner, _, quantity = name.partition(".")
     mode = family_member(quantity)
-    return cable_mode_column(mode, owner) if mode else _named(name, _columns_of_path(path))
+    return cable_mode_column(mode, owner) if mode else _column_of_name(name, _columns_of_path(path))
 
 
 def _suggestion(path, quantity):
@@ -112,7 +112,7 @@ def _suggestion(path, quantity):
         return suggestion(name, [*families, *(column.name for column in _columns_of_path(path))])
     if "safety" in name:
         return "did you mean utilisation? it is 1 over the safety factor"
-    if of_part := _named(f"NAME.{name}", _columns_of_path("NAME")):
+    if of_part := _column_of_name(f"NAME.{name}", _columns_of_path("NAME")):
         return f"a part of a suspension has it: {of_part.name}, with the name of a body, point or cable"
     names = [column.name for column in (*COLUMNS, *FAMILIES, *OF_SUSPENSIONS)]
     spellings = name, re.sub(r"\d+", "K", name), name.lower()

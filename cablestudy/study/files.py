@@ -114,7 +114,7 @@ def _materials_of(document):
     path = ()
     if is_study(document):
         document, path = study_of(document).document, ("materials",)
-    elif any(key in document.given for key in OF_SCENE):
+    elif any(key in document.stated_keys for key in OF_SCENE):
         document, path = resolve_base(document), ("materials",)
     value = document.value.get("materials", {}) if path else document.value
     try:

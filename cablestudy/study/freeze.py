@@ -17,7 +17,7 @@ def freeze_cable(document, scene):
     contents are plain values, the length with as many digits as a double has. NoSolutionError or ConvergenceError if
     there is no equilibrium in the reference state.
     """
-    contents, case, length = document.given, CableCase(scene.in_case(None)), scene.cable.unstretched_length
+    contents, case, length = document.stated_keys, CableCase(scene.in_case(None)), scene.cable.unstretched_length
     case.results.check(case.index)
     return {**contents, "cable": _with_length(contents["cable"], case.reference_length if length is None else length)}
 
@@ -29,7 +29,7 @@ def freeze_suspension(document, scene):
     """
     from cablestudy.study.suspension.case import SuspensionCase
 
-    contents, group = document.given, SuspensionCase(scene.in_case(None)).group
+    contents, group = document.stated_keys, SuspensionCase(scene.in_case(None)).group
     equilibrium, lengths = group.reference, group.cables.reference_length[0].tolist()
     lengths = dict(zip(scene.cables, lengths, strict=True))
     lengths |= {name: cable.unstretched_length for name, cable in scene.cables.items() if cable.unstretched_length}

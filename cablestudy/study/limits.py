@@ -128,7 +128,7 @@ def _unknown_columns(document):
     """Mistakes about limits as written whose column there is not: `Mistakes`."""
     mistakes = Mistakes()
     for path, text in written_limits(document.value):
-        with suppress(PydanticCustomError):  # no comparison, which is told with the scene
+        with suppress(PydanticCustomError):  # no comparison, which is reported with the scene
             column = comparison(text).column if isinstance(text, str) else ""
             with mistakes.at(document.where(path), ".".join(path)):
                 if column:

@@ -27,10 +27,10 @@ def bare_spans(values):
     """`Span` of n cables without point loads, at the reference temperature, of the length of their chords."""
     return Span.between(
         *values.ends,
-        values.given("cable.section_axial_stiffness"),
-        values.given("cable.section_mass"),
-        values.given("gravity"),
-        chord=values.given("cable.chord_length"),
+        values.number("cable.section_axial_stiffness"),
+        values.number("cable.section_mass"),
+        values.number("gravity"),
+        chord=values.number("cable.chord_length"),
     ).broadcast()
 
 
@@ -40,7 +40,7 @@ def point_loads(values, of_case):
     They are those of the chosen case, or (without `of_case`) of the reference state.
     """
     positions, fractions, forces, masses = values.loads(of_case)
-    return positions, fractions, forces - (masses * values.given("gravity")[..., None])[..., None] * UP, masses
+    return positions, fractions, forces - (masses * values.number("gravity")[..., None])[..., None] * UP, masses
 
 
 def placed_on_cable(positions, length):
@@ -150,19 +150,19 @@ def loaded_spans(span, values, strain, shift=None, length_changes=None, drag=Non
 
 def elongation(values):
     """Relative change of unstretched lengths by the temperature, none of shrunk cables, shape (...). [-]"""
-    return np.where(shrunk(values), 0.0, values.given("elongation"))
+    return np.where(shrunk(values), 0.0, values.number("elongation"))
 
 
 def shrunk(values):
     """True of cables with almost no length left at the temperature of their case, shape (...); they do not exist."""
-    return 1.0 + values.given("elongation") < STUDY.least_length
+    return 1.0 + values.number("elongation") < STUDY.least_length
 
 
 def ice_mass(values):
     """Mass per unstretched length of a layer of ice and of other loads per length, shape (...). [kg/m]"""
-    thickness, weight = (np.nan_to_num(values.given(f"load_case.ice.{key}")) for key in ("thickness", "weight"))
-    density, diameter = values.given("load_case.ice.density"), values.given("cable.section_diameter")
-    gravity = values.given("gravity")
+    thickness, weight = (np.nan_to_num(values.number(f"load_case.ice.{key}")) for key in ("thickness", "weight"))
+    density, diameter = values.number("load_case.ice.density"), values.number("cable.section_diameter")
+    gravity = values.number("gravity")
     layer = np.where(thickness > 0, np.pi * density * thickness * (diameter + thickness), 0.0)
     return layer + np.where(gravity > 0, weight / np.where(gravity > 0, gravity, 1.0), 0.0)
 
@@ -186,12 +186,12 @@ def steady_drag(values, ends, load_ratio=1.0):
     SteadyDrag
         Fields of shape (n,).
     """
-    pressure = np.nan_to_num(values.given("load_case.wind.dynamic_pressure"))
+    pressure = np.nan_to_num(values.number("load_case.wind.dynamic_pressure"))
     if not pressure.any():
         return SteadyDrag(pressure, np.zeros((len(values), 3)))
-    angle = np.nan_to_num(values.given("load_case.wind.direction"))
+    angle = np.nan_to_num(values.number("load_case.wind.direction"))
     drag = SteadyDrag(np.where(pressure > 0, pressure * drag_width(values), 0.0) * load_ratio, wind_direction(angle))
-    profile = Profile.of(*(values.given(f"load_case.wind.{key}") for key in ("exponent", "at")), values.grounds)
+    profile = Profile.of(*(values.number(f"load_case.wind.{key}") for key in ("exponent", "at")), values.grounds)
     if profile is None:
         return drag
     halfway = profile.pressure(ends.mean(axis=1, keepdims=True))[:, 0]
@@ -200,7 +200,7 @@ def steady_drag(values, ends, load_ratio=1.0):
 
 def drag_width(values):
     """Drag coefficient in the steady wind times diameter, ice included, shape (...); NaN without wind. [m]"""
-    return values.given("load_case.wind.cable_drag_coefficient") * values.given("wind_diameter")
+    return values.number("load_case.wind.cable_drag_coefficient") * values.number("wind_diameter")
 
 
 def wind_direction(angle):

@@ -240,7 +240,7 @@ def text_width(text):
 
 
 def _digits(values, least):
-    """The fewest significant digits, at `least` so many, with which different numbers are different texts."""
+    """The fewest significant digits, not below `least`, with which different numbers are different texts."""
     numbers = {value for value in values if isinstance(value, float)}
     counts = range(least, STUDY.most_digits)
     return next(
@@ -259,7 +259,7 @@ def _cell(field, row, digits):
 
 
 def short(value, digits=STUDY.table_digits):
-    """Text of a value with so many significant digits, without an exponent from 1e-4 to 1e8."""
+    """Text of a value with significant `digits`, without an exponent from 1e-4 to 1e8."""
     if value is None:
         return ""
     if not isinstance(value, float):

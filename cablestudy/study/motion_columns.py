@@ -110,7 +110,7 @@ def peak_utilisation(case):
     tensions, changes, error = _tensions_at_peak(case)
     index = int(np.argmax(tensions + changes))
     largest = float(tensions[index] + changes[index])
-    return largest / float(case.given(STRONG)), max(error * float(changes[index]) / largest, STUDY.rounding)
+    return largest / float(case.number(STRONG)), max(error * float(changes[index]) / largest, STUDY.rounding)
 
 
 def _tensions_at_peak(case):

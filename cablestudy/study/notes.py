@@ -171,7 +171,7 @@ def strength_warning(case):
     """A warning where the stress is above the strength, at most one: tuple of str. An error without equilibrium."""
     if not over_strength(case):
         return ()
-    force, area = float(case.given("cable.section_breaking_force")), float(case.given("cable.section_area"))
+    force, area = float(case.number("cable.section_breaking_force")), float(case.number("cable.section_area"))
     if np.isnan(area):
         tension = float(case.statics.max_tension)
         return (f"warning: the tension of {tension:.4g} N is above the breaking force of {force:.4g} N",)

@@ -120,10 +120,13 @@ def drawn_points(frequency_range, curves):
 
 
 def _extremes(block, neighbours):
-    """Points of a block of a response: of so many neighbours the first, the smallest and the largest of each curve."""
+    """Points of a block of a response: of each group of neighbours the first, the smallest and the largest of a curve.
+
+    The rows of the block are the frequency, then magnitude and phase of each curve.
+    """
     if neighbours == 1 or not block.size:
         return block
-    groups = np.nan_to_num(block[1::2]).reshape(len(block) // 2, -1, neighbours)
+    groups = np.nan_to_num(block[1::2]).reshape(len(block) // 2, -1, neighbours)  # of magnitudes
     first = np.arange(0, block.shape[1], neighbours)
     chosen = [first, *(first + groups.argmin(axis=2)), *(first + groups.argmax(axis=2))]
     return block[:, np.unique(chosen)]

@@ -21,7 +21,7 @@ class StatedNumbers:
         """`StatedNumbers` of the scenes at some indices, shape (m,)."""
         return StatedNumbers([self.scenes[index] for index in indices.tolist()])
 
-    def given(self, path):
+    def number(self, path):
         """A number of each scene, like `cable.section_area`, in SI; NaN where there is none: shape (n,)."""
         if path not in self._numbers:
             self._numbers[path] = np.array(self._values_at(path), dtype=float)

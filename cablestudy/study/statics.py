@@ -64,8 +64,8 @@ class ClosedStatics:
 class ElementStatics:
     """Statics of elements in equilibrium, of one cable or with an axis of cases; attributes as in `ClosedStatics`.
 
-    From a `State`, its `Record`, and the arc length at mid-span of the continuous cables over the unstretched length,
-    shape (...), where the sag of an upright cable is measured. [-]
+    From a `State`, its `NewtonRecord`, and the arc length at mid-span of the continuous cables over the unstretched
+    length, shape (...), where the sag of an upright cable is measured. [-]
     """
 
     def __init__(self, state, record, middle):

@@ -24,7 +24,7 @@ def status_of(failures, *doubts):
     Parameters
     ----------
     failures : dict
-        Header -> CablestudyError of a column without a value. Each reason is told once, and not by itself where
+        Header -> CablestudyError of a column without a value. Each reason is reported once, and not by itself where
         another one contains it.
     *doubts : str
         Any of DOUBTS, followed by names where there are several cables or bodies; an empty one does not count. They
@@ -122,7 +122,7 @@ class Row:
             self.errors[column.header] = None if isnan(error) else float(error)
 
     def complete(self, required, seconds):
-        """Add the cells without a value, those on the computation, which took so many seconds, and the status."""
+        """Add the cells without a value, those on the computation, with its time [s], and the status."""
         self.cells = {**required.empty, **self.cells}
         self.errors = {name: error for name, error in self.errors.items() if name not in self.failures}
         if required.run:

@@ -61,7 +61,7 @@ class Chunks:
         self.seconds_per_case = None  # as measured last
 
     def next(self, workers=1):
-        """The next chunk, or None when all cases are handed out; towards the end smaller ones, for so many workers."""
+        """The next chunk, or None when all cases are handed out; smaller towards the end, one for each worker."""
         while self._work:
             cases, columns = self._work[0]
             largest = -(-self.left // (2 * workers)) if workers > 1 else self.left

@@ -125,7 +125,7 @@ class _ProcessPool(ProcessPoolExecutor):
 
 @contextmanager
 def process_pool(jobs):
-    """An executor with so many processes; at the end none is left, whatever it is doing."""
+    """An executor with `jobs` processes; at the end none is left, whatever it is doing."""
     context = _context()
     before = set(multiprocessing.active_children())
     pool = _ProcessPool(jobs, mp_context=context, initializer=_begin_worker)

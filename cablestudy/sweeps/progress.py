@@ -14,7 +14,7 @@ from cablestudy.sweeps.tolerances import SWEEPS
 
 
 class Progress:
-    """Writes the progress of a sweep of so many rows, some `known` from earlier runs, to a stream.
+    """Writes the progress of a sweep of `total` rows, `known` of them from earlier runs, to a stream.
 
     The rate is that of the later half of the rows computed, without the time in which workers only began: what comes
     once, at the beginning, says nothing about the time left.

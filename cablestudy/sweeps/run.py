@@ -151,6 +151,7 @@ class Run:
         return compute_on_cluster(chunks, self.options.scheduler, notify)
 
     def _resumable(self):
+        """End of a message on a sweep that was interrupted: how to resume it, if its rows are kept."""
         return f"; --resume goes on: {self.done} rows are done" if self.options.keep else ""
 
     @property

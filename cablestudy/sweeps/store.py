@@ -282,7 +282,7 @@ def open_store(path, identity, count, resume=False, restart=False, reuse=0):
     The path is "" for a run that keeps nothing; `identity` is all that the rows depend on, from `fingerprint.identity`;
     `count` is the number of cases of the study. With `resume` the run goes on with the stored rows; with `restart` it
     begins without rows, even if the earlier run is unfinished. `reuse` is the number of rows of a complete run: if the
-    file has exactly so many complete rows of this study, they are used even without `resume`; 0 for never.
+    file has exactly this number of complete rows of this study, they are used even without `resume`; 0 for never.
 
     SceneError if an earlier run is unfinished, and neither `resume` nor `restart` is set; if its rows are of another
     scene or version; if another process uses the file, or it is something else.

@@ -222,7 +222,7 @@ class Models:
         Parameters
         ----------
         limits : ndarray, shape (c,)
-            Angular frequency up to which modes are kept; zero for none, nor a residual; infinite for all. [rad/s]
+            Angular frequency up to which modes are kept: infinite for all; zero for none, and no residual. [rad/s]
         chosen : list of (ndarray of bool, shape (n,)), optional
             Modes of each cable that are kept in any case.
         """

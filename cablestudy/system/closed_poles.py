@@ -43,17 +43,17 @@ def eigen_of_closed_loop(a, at_rest, motion, control):
     amplitudes, of_loop = modes.amplitudes(s), a[count:, count:]
     shapes = at_rest.right @ amplitudes
     # states of the loop in the motions of the modes
-    driven = (a[count:, :count] @ shapes).T[..., None]
-    states = np.linalg.solve(s[:, None, None] * np.eye(len(of_loop)) - of_loop, driven)[..., 0].T
+    inputs = (a[count:, :count] @ shapes).T[..., None]
+    states = np.linalg.solve(s[:, None, None] * np.eye(len(of_loop)) - of_loop, inputs)[..., 0].T
     by_modes = inverse(amplitudes[None])[0] @ at_rest.left
     by_states = states @ by_modes
     if not np.isfinite(by_states).all():
         return None
     others = eigen(of_loop - by_states @ a[:count, count:])
-    driven_modes = (by_modes @ a[:count, count:] @ others.right) / (others.values - s[:, None])
-    right = np.block([[shapes, shapes @ driven_modes], [states, states @ driven_modes + others.right]])
+    motions_by_loop = (by_modes @ a[:count, count:] @ others.right) / (others.values - s[:, None])
+    right = np.block([[shapes, shapes @ motions_by_loop], [states, states @ motions_by_loop + others.right]])
     left_of_others = np.concatenate([-others.left @ by_states, others.left], axis=1)
-    left = np.concatenate([-driven_modes @ left_of_others, left_of_others])
+    left = np.concatenate([-motions_by_loop @ left_of_others, left_of_others])
     left[:count, :count] += by_modes
     found = Eigen(np.concatenate([s, others.values]), right, left, one_sided=True)
     residual = _largest(a @ right - right * found.values)

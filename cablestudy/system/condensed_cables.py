@@ -46,9 +46,9 @@ class CondensedCables:
         such damping.
     inertia_of_modes : ndarray, shape (g, n, n), or None
         None for modes, whose inertia is the identity.
-    further, loads : ndarray, shape (g, n + 6, n + 6), or None
-        Further damping [1/s], [N s/m], and stiffness by loads that turn with the cable [1/s^2], [N/m]; neither need be
-        symmetric.
+    added_damping, loads : ndarray, shape (g, n + 6, n + 6), or None
+        Damping besides that of the laws [1/s], [N s/m], and stiffness by loads that turn with the cable [1/s^2], [N/m];
+        neither need be symmetric.
     """
 
     cables: np.ndarray
@@ -63,7 +63,7 @@ class CondensedCables:
     strain_root: np.ndarray | None = None
     carried: np.ndarray | None = None
     inertia_of_modes: np.ndarray | None = None
-    further: np.ndarray | None = None
+    added_damping: np.ndarray | None = None
     loads: np.ndarray | None = None
 
     @classmethod
@@ -84,8 +84,11 @@ class CondensedCables:
         """Some of the cables, by an array of bool."""
         return self if chosen.all() else take_rows(self, chosen)
 
-    def with_further(self, name, matrices):
-        """Copy with an attribute, `further` or `loads`, of each cable: a dict of matrices by the index of the cable."""
+    def with_matrices(self, name, matrices):
+        """Copy with full matrices of some cables: `name` is "added_damping" or "loads".
+
+        `matrices` is a dict, index of the cable -> matrix, shape (n + 6, n + 6); other cables have zeros.
+        """
         if not matrices:
             return self
         none = np.zeros((self.omega.shape[-1] + 6,) * 2)
@@ -109,7 +112,7 @@ class CondensedCables:
         Returns
         -------
         stiffness, derivative : ndarray, complex, shape (g, 6, 6)
-            D and dD/ds. The derivative is an approximation if `further` damping is not symmetric. [N/m], [N s/m]
+            D and dD/ds. The derivative is an approximation if `added_damping` is not symmetric. [N/m], [N s/m]
         shapes : ndarray, complex, shape (g, n + 6, 6)
             X: displacements of the n coordinates, then of the ends, per displacement of each end.
         """
@@ -126,12 +129,12 @@ class CondensedCables:
             by_ends = by_ends + factor * (rows[..., :n].swapaxes(-1, -2) @ rows[..., n:])
             of_ends = of_ends + factor * (rows[..., n:].swapaxes(-1, -2) @ rows[..., n:])
         of_modes = by_ends.swapaxes(-1, -2)
-        further = (self.further, s), (self.loads, np.ones_like(s))  # whole matrices and their factors
-        further = [(matrix, factor) for matrix, factor in further if matrix is not None]
-        for matrix, factor in further:
+        full_matrices = (self.added_damping, s), (self.loads, np.ones_like(s))  # and the power of s before each
+        full_matrices = [(matrix, factor) for matrix, factor in full_matrices if matrix is not None]
+        for matrix, factor in full_matrices:
             by_ends, of_modes = by_ends + factor * matrix[:, :n, n:], of_modes + factor * matrix[:, n:, :n]
             of_ends = of_ends + factor * matrix[:, n:, n:]
-        dense = [(matrix[:, :n, :n], factor) for matrix, factor in further]
+        dense = [(matrix[:, :n, :n], factor) for matrix, factor in full_matrices]
         if self.inertia_of_modes is not None:
             dense.insert(0, (self.inertia_of_modes, inertial))
         of_strain = [(rows[..., :n], factor) for rows, factor in damped]
@@ -177,8 +180,8 @@ class CondensedCables:
         if self.carried is not None:
             borne = product(self.carried, left).swapaxes(-1, -2) @ product(self.carried, right)
             damping = damping - self.viscous[:, None, None] * borne
-        if self.further is not None:
-            damping = damping + left.swapaxes(-1, -2) @ product(self.further, right)
+        if self.added_damping is not None:
+            damping = damping + left.swapaxes(-1, -2) @ product(self.added_damping, right)
         if self.loads is not None:
             loss = loss - 1j * (left.swapaxes(-1, -2) @ product(self.loads, right))
         return inertia, damping, loss

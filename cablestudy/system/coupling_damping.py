@@ -65,9 +65,9 @@ class PoleSum:
         polynomial.append(of_ends[-1] - by_modes[-1] @ by_ends[-1])
         powers = [poles**order for order in range(len(matrices))]
         forces = sum(part @ left * power[..., None, :] for power, part in zip(powers, by_modes, strict=True))
-        driven = sum(right @ part * power[..., None] for power, part in zip(powers, by_ends, strict=True))
-        driven = driven / powers[-1][..., None]
-        return cls(polynomial, poles, np.swapaxes(forces, -1, -2)[..., None] * driven[..., None, :])
+        inputs = sum(right @ part * power[..., None] for power, part in zip(powers, by_ends, strict=True))
+        inputs = inputs / powers[-1][..., None]
+        return cls(polynomial, poles, np.swapaxes(forces, -1, -2)[..., None] * inputs[..., None, :])
 
     def __call__(self, x, rows=slice(None), columns=slice(None)):
         """The value for x of shape (..., m) and some of the ends, shape (..., m, r, c)."""

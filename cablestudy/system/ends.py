@@ -281,6 +281,7 @@ class EndsOfAllMotion(Ends):
 
     @property
     def inertia_of_modes(self):
+        """Inertia between the shapes, which are no modes, shape (..., n, n). [-]"""
         return self._basis_and_inertia[2]
 
     @of_batch
@@ -324,6 +325,7 @@ class EndsOfLarge(Ends):
         return self._basis_and_forces[:2]
 
     def _holding_forces(self, amplitudes):
+        """Forces as of `Ends._holding_forces`, by the modes and by the vectors in place of the others."""
         omega, shapes, forces = self._basis_and_forces
         count = omega.shape[-1] - forces.shape[-1]
         square = (omega[..., :count] / self._unit_frequency[..., None]) ** 2

@@ -190,7 +190,7 @@ class Cables:
             **laws_of(damping),
             viscous=np.zeros(count),
             strain_root=strain_root,
-            further=viscous[:, None, None] * STRAIGHT,
+            added_damping=viscous[:, None, None] * STRAIGHT,
         )
 
     def meshes(self, orders):

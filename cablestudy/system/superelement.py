@@ -168,7 +168,7 @@ class Superelement:
         if carried is not None:
             carried = np.concatenate([carried[:, :n], carried[:, n:] @ shapes], axis=1)
 
-        def moved(matrix):
+        def at_end_shapes(matrix):
             """Matrix of modes and ends as one of modes and end shapes."""
             if matrix is None:
                 return None
@@ -184,8 +184,8 @@ class Superelement:
             strain=strain,
             residual_damping=shapes.T @ residual @ shapes if np.any(residual) else 0.0,
             carried=carried,
-            air=moved(self.air),
-            load_stiffness=moved(self.load_stiffness),
+            air=at_end_shapes(self.air),
+            load_stiffness=at_end_shapes(self.load_stiffness),
         )
 
     @property

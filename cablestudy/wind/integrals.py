@@ -169,9 +169,9 @@ def _without_undamped(residues, least_damping_ratio):
     these are at least that of the least damping ratio, which changes nothing else.
     """
     poles, least = residues.poles, least_damping_ratio * np.abs(residues.poles)
-    steady = ~_resonates(residues, least_damping_ratio) & (np.abs(poles.real) < least)
-    if steady.any():
-        residues = replace(residues, poles=np.where(steady, -least + 1j * poles.imag, poles))
+    too_slow = ~_resonates(residues, least_damping_ratio) & (np.abs(poles.real) < least)
+    if too_slow.any():
+        residues = replace(residues, poles=np.where(too_slow, -least + 1j * poles.imag, poles))
     is_damped = damped(residues, least_damping_ratio)
     return residues if is_damped.all() else residues.take(is_damped)
 

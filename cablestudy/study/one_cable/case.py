@@ -94,7 +94,7 @@ class CableCase(ComparedCase):
         self._modes_searched = [0]  # counts of modes among which an axial one was found
 
     def refined(self, elements, order):
-        """Copy of the case with spectral elements of an order about the closed form, so many on its longest piece.
+        """Copy of the case with spectral `elements` of an order about the closed form, this many on its longest piece.
 
         NoSolutionError or ConvergenceError where there is no equilibrium.
         """
@@ -158,9 +158,9 @@ class CableCase(ComparedCase):
         """Relative error of all frequencies by what the equilibrium leaves out, see `Results.mode_error`. [-]"""
         return float(self.results.mode_error[self.index])
 
-    def given(self, path):
-        """A number that the scene states; see `StatedNumbers.given`."""
-        return self.results.given(path)[self.index]
+    def number(self, path):
+        """A number that the scene states; see `StatedNumbers.number`."""
+        return self.results.number(path)[self.index]
 
     @cached_property
     def finer(self):
@@ -276,7 +276,7 @@ class CableCase(ComparedCase):
 
     @property
     def convergence(self):
-        """`Record` of the iteration to equilibrium of fixed elements."""
+        """`NewtonRecord` of the iteration to equilibrium of fixed elements."""
         elements, row = self.elements
         return elements.record.of(row)
 

@@ -101,7 +101,7 @@ def _reference_state(values, stiffness, elongation):
     span, stretch = load_cases.bare_spans(values), 1.0 + elongation
     span = replace(span, axial_stiffness=stiffness, mass=span.mass / stretch)
     strain, reasons = chord_strain(span, values, stretch)
-    with_loads = values.given("cable.reference.loads") > 0
+    with_loads = values.number("cable.reference.loads") > 0
     bare = solve(span.with_chord_strain(strain))
     tension, along = bare.mean_tension, tensions_along(bare)
     if with_loads.any():

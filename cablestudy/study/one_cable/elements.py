@@ -27,7 +27,7 @@ class BatchElements:
     ----------
     state : State
         With a leading axis of cables.
-    record : Record or None
+    record : NewtonRecord or None
         Of the iteration to equilibrium; None where the nodes lie on the catenary in closed form.
     span : Span
         Fields of shape (cables,).
@@ -124,7 +124,7 @@ def fixed_mesh(results, case, carried=()):
     NoSolutionError
         Fewer elements than segments between point loads and ends, or more nodes than `STUDY.fixed_nodes`.
     """
-    elements, order = (int(results.given(f"model.{name}")[case]) for name in ("elements", "order"))
+    elements, order = (int(results.number(f"model.{name}")[case]) for name in ("elements", "order"))
     if elements * order > STUDY.fixed_nodes:
         raise NoSolutionError(
             f"model.elements: {elements} elements of order {order} have {elements * order} nodes "
@@ -335,7 +335,7 @@ def _on_equal_meshes(results, cases):
         return []
     values = results.values
     _, kind = np.unique(values.words("model.mass"), return_inverse=True)
-    criteria = [values.given("model.elements"), values.given("model.order"), kind, results.planar,
+    criteria = [values.number("model.elements"), values.number("model.order"), kind, results.planar,
              results.mirror_symmetric, results.drag.normal_drag > 0, *results.catenary.segments.fraction.T]  # fmt: skip
     rows = np.stack([np.broadcast_to(values_of_cases, (len(values),)) for values_of_cases in criteria], axis=1)[cases]
     group = np.unique(rows, axis=0, return_inverse=True)[1].ravel()

@@ -35,11 +35,11 @@ def chord_strain(span, values, length_ratio=None):
         Index of a scene -> why no length gives the stated tension or sag.
     """
     strain, reasons = np.zeros(len(values)), {}
-    length = values.given("cable.unstretched_length")
+    length = values.number("cable.unstretched_length")
     length = length if length_ratio is None else length * length_ratio
     states_length = np.isfinite(length)
     strain[states_length] = (span.chord[states_length] - length[states_length]) / length[states_length]
-    with_loads = values.given("cable.reference.loads") > 0
+    with_loads = values.number("cable.reference.loads") > 0
     # rows of scenes, and their cables: tension or sag is stated for the cable without its point loads, or with them
     groups = [(~with_loads, span)]
     if with_loads.any():
@@ -58,10 +58,10 @@ def _searches(values):
         Stated values of the n scenes, shape (n,), NaN where there is none; search for many cables; and search
         for one cable with more effort, which may raise NoSolutionError.
     """
-    searches = [(values.given("cable.sag"), initial_length.strains_for_sag, initial_length.no_strain_for_sag)]
-    tensions = [(values.given("cable.stated_preload"), "mean")]
+    searches = [(values.number("cable.sag"), initial_length.strains_for_sag, initial_length.no_strain_for_sag)]
+    tensions = [(values.number("cable.stated_preload"), "mean")]
     positions = values.words("cable.tension.at")
-    stated = values.given("cable.stated_tension")
+    stated = values.number("cable.stated_tension")
     tensions += [(np.where(positions == at, stated, np.nan), at) for at in set(positions) - {""}]
     for tension, at in tensions:
         search_many, search_one = initial_length.strains_for_tension, initial_length.shorter_strain_for_tension

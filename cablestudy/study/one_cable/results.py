@@ -43,9 +43,9 @@ class Results:
     def __init__(self, values, drag_parts=STUDY.drag_parts):
         self.values, self._drag_parts, self._along = values, drag_parts, {}
 
-    def given(self, path):
-        """A number that each scene states, shape (n,); see `StatedNumbers.given`."""
-        return self.values.given(path)
+    def number(self, path):
+        """A number that each scene states, shape (n,); see `StatedNumbers.number`."""
+        return self.values.number(path)
 
     @cached_property
     def loaded(self):
@@ -68,7 +68,7 @@ class Results:
     @cached_property
     def in_steady_wind(self):
         """True if the load cases have a steady wind."""
-        return bool(np.isfinite(self.given("load_case.wind.dynamic_pressure")).any())
+        return bool(np.isfinite(self.number("load_case.wind.dynamic_pressure")).any())
 
     def _in_drag(self, span, drag):
         """Equilibrium of cables in drag that varies along each: `CatenaryInDrag`."""
@@ -157,7 +157,7 @@ class Results:
     @cached_property
     def chord(self):
         """Distances of the ends, shape (n,), exactly as stated where nothing moves them. [m]"""
-        stated = self.given("cable.chord_length")
+        stated = self.number("cable.chord_length")
         if not (self.values.moves.any() or self.values.push.any()):
             return stated
         chord = np.array(self.span.chord)
@@ -219,7 +219,7 @@ class Results:
         of_span = [array for name in CORES if (array := getattr(self.span, name)) is not None]
         of_cable = self.end_1, self.drag.normal_drag, self.drag.direction, *of_span
         first = {}  # key of a case -> its index
-        cases = row_keys([number_alone, mass, *map(self.given, keys), *of_cable])
+        cases = row_keys([number_alone, mass, *map(self.number, keys), *of_cable])
         return np.array([first.setdefault(key, index) for index, key in enumerate(cases)])
 
     @cached_property
@@ -253,10 +253,10 @@ class Results:
 
         Zero where `wind.mean` leaves it out, and no steady wind acts.
         """
-        wind, gondola = (lambda key: self.given(f"wind.{key}")), (lambda key: self.given(f"gondola.{key}"))
-        steady = self.given("load_case.wind.dynamic_pressure")
+        wind, gondola = (lambda key: self.number(f"wind.{key}")), (lambda key: self.number(f"gondola.{key}"))
+        steady = self.number("load_case.wind.dynamic_pressure")
         by_wind = np.where(wind("mean"), wind("air_density") / 2 * wind("speed") ** 2, 0.0)
-        along_x = wind_direction(self.given("load_case.wind.direction"))[..., 0]
+        along_x = wind_direction(self.number("load_case.wind.direction"))[..., 0]
         pressure = np.where(np.isnan(steady), by_wind, steady * along_x * self._pressure_at_end_2)
         return pressure * gondola("drag_coefficient") * gondola("area")
 

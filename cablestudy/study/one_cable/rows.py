@@ -169,7 +169,7 @@ class CableBatch(RowBatch):
         solve_lowest_modes([case for case in cases if case.scene.gondola is None])
 
     def finish(self, row):
-        """Add the doubt that the cable goes slack in the wind; many rows drop their modes."""
+        """Add the doubt that the cable goes slack in the wind; of many rows each drops its modes, to save memory."""
         if self.required.in_wind and goes_slack(row.case):
             row.doubts += (SLACK,)
         if self.required.discrete and len(self.scenes) > 1:
@@ -301,7 +301,7 @@ class StatedBatch(CableBatch):
             if self.noted:
                 row.notes, row.warnings = notes.of_fixed(case)
                 row.notes += _gondola_notes(row)
-                if required.damped or required.driven:
+                if required.damped or required.in_motion:
                     of_scene = notes.assumed_damping(case.scene), notes.air_damping(case), notes.judged_by(case.scene)
                     row.notes += sum(of_scene, ())
                 quantity = "motion" if required.discrete else "deflections"

@@ -28,7 +28,7 @@ class ColumnRequirements(TableColumns):
         `single`, `system` and `modes`, which are computed case by case, in this order.
     scene_only : bool
         True if no column needs more than the keys of the scene.
-    gondola, damped, driven : bool
+    gondola, damped, in_motion : bool
         True if any column is of the gondola's mode; its damping ratio; of the loop or the wind.
     asked_modes : AskedModes
         Those whose frequencies are columns.
@@ -43,7 +43,7 @@ class ColumnRequirements(TableColumns):
         self.scene_only = not self.of_equilibrium
         self.gondola = bool(_columns_needing(self.system, "gondola"))
         self.damped = any(column.name == DAMPING_RATIO for column in self.system)
-        self.driven = self.in_wind or bool(_columns_needing(self.system, "loop"))
+        self.in_motion = self.in_wind or bool(_columns_needing(self.system, "loop"))
         self.computed = [*self.single, *self.system, *self.modes]
         self.asked_modes = AskedModes(column.mode for column in self.modes)
 
@@ -58,6 +58,7 @@ class ColumnRequirements(TableColumns):
 
 
 def _columns_needing(columns, *needs):
+    """Those of some columns whose attribute `needs` is one of some: list."""
     return [column for column in columns if column.needs in needs]
 
 

@@ -11,7 +11,7 @@ from cablestudy.control.loop import unstable_pole
 from cablestudy.errors import NoSolutionError, SceneError
 from cablestudy.motion.body_mode import largest_share
 from cablestudy.motion.dynamic_analysis import DynamicAnalysis
-from cablestudy.motion.turbulence import OWN
+from cablestudy.motion.turbulence import VALUE_AND_RATE
 from cablestudy.study.cable_columns import is_of_one_cable
 from cablestudy.study.column import value_and_error
 from cablestudy.study.columns import find
@@ -99,7 +99,7 @@ def _models_of_gondola():
 
 
 def fixed_case(elements, order, mass, scene, _=()):
-    """The case of a scene with fixed elements, of a high order so many for each segment between point loads."""
+    """The case of a scene with fixed `elements`; above order 1 on each segment between point loads."""
     segments = 1 if order == 1 else 1 + load_count(scene)[1]
     return CableCase(with_elements(scene, elements * segments, order, mass))
 
@@ -218,7 +218,7 @@ class AnalysisOfSystem(DynamicAnalysis):
 
     def __init__(self, system, *args):
         super().__init__(*args)
-        self._system, self._weights = system, OWN | image_weights(self.scene.exposure, self.scene.correction)
+        self._system, self._weights = system, VALUE_AND_RATE | image_weights(self.scene.exposure, self.scene.correction)
 
     def rms(self, names, variance, open_loop):
         """RMS of the gondola's motion along x in the gusts of the analysis, computed by the other system, `system`.
@@ -299,7 +299,7 @@ class OnGrid(DynamicAnalysis):
     def __init__(self, frequency, *args):
         super().__init__(*args)
         self._frequency = frequency
-        self._weights = OWN | image_weights(self.scene.exposure, self.scene.correction)
+        self._weights = VALUE_AND_RATE | image_weights(self.scene.exposure, self.scene.correction)
 
     def rms(self, names, variance, open_loop):
         """RMS of some outputs, as `DynamicAnalysis.rms`; the error is NaN."""

@@ -61,9 +61,9 @@ class CableNumbers:
         """`StatedNumbers` of all cables, scene by scene."""
         return StatedNumbers([SingleCable(scene, name) for scene in self._scenes for name in scene.cables])
 
-    def given(self, path):
-        """A number of each cable of each scene, shape (n, c); see `StatedNumbers.given`."""
-        return self._of_cables.given(path).reshape(len(self._scenes), len(self._scenes[0].cables))
+    def number(self, path):
+        """A number of each cable of each scene, shape (n, c); see `StatedNumbers.number`."""
+        return self._of_cables.number(path).reshape(len(self._scenes), len(self._scenes[0].cables))
 
     @property
     def grounds(self):

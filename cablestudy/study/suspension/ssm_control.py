@@ -207,12 +207,12 @@ def _channel_names(case, measured):
 
 
 def _with_modes(analysis, whole, count):
-    """The closed loop with so many of the modes of another one."""
+    """The `ClosedLoop` with the lowest `count` of the modes of another one, or this one if it has so many."""
     return whole if count == len(whole.modes) else analysis.closed_loop_of(count)
 
 
 def _reaching(analysis, closed_loop, frequency, most):
-    """A closed loop with a mode above a frequency [Hz], of at most about so many modes, or with all there are."""
+    """A `ClosedLoop` with a mode above a frequency [Hz], of at most about `most` modes, or with all there are."""
     size = MOTION.model_modes[0]
     while len(closed_loop.modes) == size < most and closed_loop.modes.frequency[-1] < frequency:
         size *= 2

@@ -62,7 +62,7 @@ def _case(scene, _=()):
 
 
 def _fixed_case(elements, order, mass, scene, _):
-    """The case of a scene with so many elements along each cable."""
+    """The case of a scene with fixed elements along each cable."""
     return SuspensionCase(with_elements(scene, elements, order, mass))
 
 
