@@ -14,7 +14,8 @@ from cablestudy.statics.suspension import GROUND
 from cablestudy.study.column import number_of, of_part
 from cablestudy.study.load_arrays import merged_loads
 from cablestudy.study.statics import ClosedStatics
-from cablestudy.study.suspension.group import Group, HangingCable
+from cablestudy.study.suspension.cable_results import HangingCable
+from cablestudy.study.suspension.group import Group
 from cablestudy.study.suspension.numbers import CableNumbers, SingleCable
 from cablestudy.study.tolerances import STUDY
 
