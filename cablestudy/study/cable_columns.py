@@ -311,7 +311,7 @@ COLUMNS = (
     Column("mean_displacement", "mm", "displacement of the gondola along x by the mean wind on it, the winch at rest; "
            "linear", "stiffness", lambda r: 1e3 * mean_displacement(r), STEADY),
     Column("force_displacement", "mm", "displacement of the gondola along x by the force of the load case on it",
-           "statics", lambda r: 1e3 * r.pushed[0], "gondola.mass, forces_on_end_2"),
+           "statics", lambda r: 1e3 * r.force_displacement[0], "gondola.mass, forces_on_end_2"),
     Column("peak", "mm", "largest displacement of the gondola expected within wind.duration: mean_displacement, and "
            "Davenport's factor times the RMS with the winch loop, if there is one", "wind", peak_of_gondola, BODY),
     Column("peak_utilisation", "", "largest tension over breaking force at the gondola's peak, towards either side; "

@@ -1,26 +1,22 @@
-"""One case of one cable: its closed form, and its motion at one level of refinement, each computed when asked for."""
+"""One case of one cable in motion: its elements at one level of refinement, its gondola, its loop and the wind."""
 
 from functools import cached_property
 
 import numpy as np
 
 from cablestudy.cable.assembly import IN_PLANE, OUT_OF_PLANE, SPATIAL
-from cablestudy.cable.catenary_in_drag import errors_by_parts
 from cablestudy.cable.damping import grows_with_modes
 from cablestudy.cable.dynamics import PLANAR
-from cablestudy.cable.geometry import midspan
 from cablestudy.cable.records import is_computed
 from cablestudy.errors import NoSolutionError
 from cablestudy.motion.model_sizes import MODAL
-from cablestudy.study.column import DISCRETE, SYSTEM, number_of, shapeless_error
+from cablestudy.study.column import DISCRETE, SYSTEM, shapeless_error
 from cablestudy.study.compared_case import ComparedCase
 from cablestudy.study.motion_columns import DAMPING_RATIO
 from cablestudy.study.one_cable.asked_modes import AskedModes, found_frequencies
-from cablestudy.study.one_cable.elements import ElementResults, elements_of, numbers_in_modes
-from cablestudy.study.one_cable.results import Results
+from cablestudy.study.one_cable.at_rest import OneCableAtRest, shared
+from cablestudy.study.one_cable.elements import numbers_in_modes
 from cablestudy.study.refinement import reference_scene
-from cablestudy.study.stated_numbers import StatedNumbers
-from cablestudy.study.statics import ClosedStatics, ElementStatics
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.together import computed_together
 from cablestudy.wind.drag import body_damping, cable_damping
@@ -29,68 +25,25 @@ MOTIONS = ("dynamics", "in_plane", "out_of_plane")
 NO_MODES = AskedModes()
 
 
-def shared(function):
-    """Decorator that makes a method of `CableCase` a property which is computed once for all equal cases.
-
-    The result is kept in the case (`CableCase.computed`) and among those of its level of refinement
-    (`CableCase.cache`). Where it is computed for many cases at once, the property is set.
-    """
-    name = function.__name__
-
-    def get_result(case):
-        if name not in case.computed:
-            if name not in case.cache:
-                case.cache[name] = function(case)
-            case.computed[name] = case.cache[name]
-        return case.computed[name]
-
-    def set_result(case, result):
-        case.computed[name] = case.cache[name] = result
-
-    return property(get_result, set_result, doc=function.__doc__)
-
-
-def of_results(name, meaning):
-    """Property of a `CableCase`: the number of its row in an attribute of `Results`."""
-    return property(lambda case: getattr(case.results, name)[case.index], doc=meaning)
-
-
-class CableCase(ComparedCase):
-    """One cable in one load case: a row of `Results`, with a model of its motion at one level of refinement.
+class CableCase(OneCableAtRest, ComparedCase):
+    """One cable in one load case, and its numbers at rest and in motion, with a model at one level of refinement.
 
     Parameters
     ----------
-    scene : CableScene
-    results : Results, optional
-        Statics of a batch to which the case belongs; by default those of this scene alone.
-    index : int
-        Row of the case in the batch.
-    level : tuple of int, optional
-        (elements along the piece with most waves, order) of the motion about the closed form; without it the elements
-        are those that the scene states in `model.elements`.
-    cache_by_level : dict, optional
-        Level -> `cache`, to be filled: one for all cases that are equal by `Results.first_equal`.
+    scene, results, index, level, cache_by_level
+        As of `OneCableAtRest`.
     asked_modes : AskedModes, optional
         Modes whose frequencies are searched for together, to the accuracy of the scene; others are by themselves.
 
     Attributes
     ----------
-    exact_statics : bool
-        True if statics and end stiffness are those of the closed form, not of a fixed number of elements.
-    cache : dict
-        Name -> result, shared by equal cases at this level of refinement.
-    computed : dict
-        Name -> result of each `shared` property that this case was asked for.
     together : sequence of CableCase
         Cases, this one among them, whose frequencies and damping ratios are computed in one call; empty if it is alone.
     """
 
     def __init__(self, scene, results=None, index=0, level=None, cache_by_level=None, asked_modes=NO_MODES):
-        self.scene, self.index, self.level, self.asked_modes = scene, index, level, asked_modes
-        self.exact_statics = scene.model.elements is None
-        self.results = results or Results(StatedNumbers([scene]))
-        self._cache_by_level, self.computed = {} if cache_by_level is None else cache_by_level, {}
-        self.cache, self.together = self._cache_by_level.setdefault(level, {}), ()
+        super().__init__(scene, results, index, level, cache_by_level)
+        self.asked_modes, self.together = asked_modes, ()
         self._modes_searched = [0]  # counts of modes among which an axial one was found
 
     def refined(self, elements, order):
@@ -126,25 +79,11 @@ class CableCase(ComparedCase):
         if not self.exact_statics and column.needs != "scene":
             return self.difference_from_finer(column, number) if self.estimate else np.nan
         if error is None:
-            return None if column.needs in DISCRETE else self._closed_form_error(column, number)
+            return None if column.needs in DISCRETE else self.closed_form_error(column, number)
         if column.needs in DISCRETE:
             error += self.equilibrium_error(column)
             return error if column.name == "gain" else max(error, STUDY.rounding)
         return error
-
-    def _closed_form_error(self, column, number):
-        """Relative error of a number of the statics that is computed case by case, None where none is stated. [-]"""
-        if not column.least_error or number is None:
-            return column.least_error
-        error = max(column.least_error, self.statics_error)
-        if self.coarser is None:
-            return error
-        return max(error, float(errors_by_parts(number, number_of(column, self.coarser), self.form.least_errors)))
-
-    @cached_property
-    def coarser(self):
-        """`CableCase` with drag of its steady wind that varies on half as many parts; None without a steady wind."""
-        return self.results.coarser and CableCase(self.scene, self.results.coarser, self.index)
 
     def equilibrium_error(self, column):
         """Relative error of a number of the motion by what the equilibrium leaves out: drag, conductors. [-]"""
@@ -157,10 +96,6 @@ class CableCase(ComparedCase):
     def mode_error(self):
         """Relative error of all frequencies by what the equilibrium leaves out, see `Results.mode_error`. [-]"""
         return float(self.results.mode_error[self.index])
-
-    def number(self, path):
-        """A number that the scene states; see `StatedNumbers.number`."""
-        return self.results.number(path)[self.index]
 
     @cached_property
     def finer(self):
@@ -175,124 +110,12 @@ class CableCase(ComparedCase):
         nodes = self.level[0] * self.level[1]
         return nodes * min(3 * nodes, STUDY.modes_at_ends)
 
-    # ------------------------------------------------------------------------------------------------------ statics
-
-    reference_length = of_results("reference_length", "Unstretched length in the reference state. [m]")
-    end_1 = of_results("end_1", "Position of end 1, shape (3,). [m]")
-    chord = of_results("chord", "Distance of the ends. [m]")
-    limp = of_results("limp", "True if the cable is longer than its chord without any load.")
-    planar = of_results("planar", "True if no load leaves the cable's plane: motion in it and across it decouple.")
-    force_on_gondola = of_results("force_on_gondola", "Force of the wind on the gondola along x, see `Results`. [N]")
-
-    @property
-    def statics_error(self):
-        """Relative error of the statics in closed form due to rounding and to what they leave out. [-]"""
-        return float(max(self.results.statics_rounding[self.index], self.results.model_error[self.index]))
-
-    @cached_property
-    def span(self):
-        """The cable, with its unstretched length: `Span`.
-
-        Raises
-        ------
-        NoSolutionError
-            No such cable exists, or it has no equilibrium.
-        """
-        self.results.check(self.index)
-        return self.results.span.take(self.index)
-
-    @property
-    def point_masses(self):
-        """Point masses on the cable, as for its `span`; raises as this."""
-        self.results.check(self.index)
-        return () if self.results.span.load_masses is None else self.span.point_masses
-
-    @cached_property
-    def continuous(self):
-        """The continuous cable where it hangs: `Catenary`, or in a steady wind `CatenaryInDrag`.
-
-        Raises
-        ------
-        NoSolutionError, ConvergenceError
-            There is none.
-        """
-        self.results.check(self.index)
-        return self.results.form.take(self.index)
-
-    @cached_property
-    def statics(self):
-        """Statics of the model: `ClosedStatics` or `ElementStatics`."""
-        if self.exact_statics:
-            return ClosedStatics(self.continuous)
-        return ElementStatics(self.state, self.convergence, self.continuous.middle)
-
-    @property
-    def form(self):
-        """The cable in equilibrium, `continuous` or `State`: an argument of the functions of `cable.geometry`."""
-        return self.continuous if self.exact_statics else self.state
-
-    @property
-    def middle(self):
-        """Arc length at mid-span over unstretched length. [-]"""
-        return self.continuous.middle if self.exact_statics else midspan(self.state)
-
-    def hanging(self, _):
-        """Its cable of any name, as for a suspension: itself."""
-        return self
-
-    def form_of(self, span):
-        """The continuous cable with other loads than its own, by its `Span`: `Catenary` or `CatenaryInDrag`."""
-        return self.results.form_of(span, self.index)
-
-    @property
-    def pushed(self):
-        """Displacement of end 2 along x by the force of the load case [m], and its relative error."""
-        shift, error = self.results.pushed
-        return shift[self.index], error[self.index]
+    # ------------------------------------------------------------------------------------------------------- motion
 
     def waves(self, frequency):
         """Transverse half-waves along the longest smooth piece at a frequency [Hz]; how far the cable turns [rad]."""
         elements, row = self.elements
         return 2 * frequency * elements.wave_time[row], elements.turn[row]
-
-    # ------------------------------------------------------------------------------------------------------- motion
-
-    @shared
-    def elements(self):
-        """The elements, perhaps with those of other cases: `BatchElements`, and the row of this case among them.
-
-        Raises
-        ------
-        ConvergenceError, NoSolutionError
-            No equilibrium of the elements, or a cable that hangs folded.
-        """
-        return elements_of(self)
-
-    @cached_property
-    def state(self):
-        """The elements in equilibrium: `State`."""
-        elements, row = self.elements
-        return elements.state.take(row)
-
-    @property
-    def convergence(self):
-        """`NewtonRecord` of the iteration to equilibrium of fixed elements."""
-        elements, row = self.elements
-        return elements.record.of(row)
-
-    @cached_property
-    def by_elements(self):
-        """Statics of the elements, perhaps with those of other cases: `ElementResults`, and the row of this case."""
-        elements, row = self.elements
-        return ElementResults(self.results, np.array([self.index]), elements.take(np.array([row]))), 0
-
-    @property
-    def statics_of_model(self):
-        """Statics in closed form, or of stated elements: `Results` of many cases, and the row of this one; raises."""
-        if not self.exact_statics:
-            return self.by_elements
-        self.results.check(self.index)
-        return self.results, self.index
 
     def _dynamics(self, planes):
         """`Dynamics` of the elements in some planes, whose modes are computed with those of other cases."""
@@ -324,19 +147,6 @@ class CableCase(ComparedCase):
     def end_stiffness_chord(self):
         """Static stiffness of end 2 along the chord, end 1 fixed. [N/m]"""
         return float((self.continuous if self.exact_statics else self.dynamics).end_stiffness[0, 0])
-
-    def end_stiffness_along(self, axis, moved=None):
-        """Static stiffness of end 2, end 1 fixed: force along an axis per displacement along it or another. [N/m]
-
-        Parameters
-        ----------
-        axis : int
-            Of the force: 0, 1, 2 for x, y, z.
-        moved : int, optional
-            Axis of the displacement, by default the same.
-        """
-        results, index = self.statics_of_model
-        return float(results.end_stiffness_along(axis, moved)[index])
 
     @computed_together
     def frequencies_asked_for(cases):

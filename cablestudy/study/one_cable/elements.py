@@ -249,7 +249,7 @@ class ElementResults(Results):
     def __init__(self, closed, indices, elements):
         super().__init__(closed.values.take(indices))
         self.elements, self.failures, self._closed = elements, {}, (closed, indices)
-        arrays = (array[indices] for array in (closed.reference_length, *closed.pushed))
+        arrays = (array[indices] for array in (closed.reference_length, *closed.force_displacement))
         self.loaded = LoadedCables(elements.span, closed.drag.take(indices), *arrays, {})
         self.catenary = closed.catenary.take(indices)
         self.statics = ElementStatics(elements.state, elements.record, closed.middle[indices])

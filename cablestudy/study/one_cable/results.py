@@ -165,7 +165,7 @@ class Results:
         return chord
 
     @property
-    def pushed(self):
+    def force_displacement(self):
         """Displacement of end 2 along x by the forces of the load cases, shape (n,) [m], and its relative error."""
         return self.loaded.shift, self.loaded.shift_error
 

@@ -267,7 +267,7 @@ def _error(column, results, required, numbers):
     if column.determined_by == "sag":
         error = np.maximum(error, results.sag_rounding)
     if column.name == "force_displacement":
-        error = np.maximum(error, results.pushed[1])
+        error = np.maximum(error, results.force_displacement[1])
     if numbers is not None and not column.of_reference and results.in_steady_wind:
         error = np.maximum(error, results.errors_by_drag(column, numbers))
     return error
