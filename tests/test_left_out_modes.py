@@ -14,7 +14,7 @@ from suspension_cases import in_wind, response_with
 
 import cablestudy as cs
 from cablestudy.motion.gust_response import GustResponse
-from cablestudy.motion.left_out_modes import _refined
+from cablestudy.motion.left_out_spectra import refined_grid
 from cablestudy.motion.peaks import winch_speeds
 from cablestudy.scene.scene import CableScene, load_scene
 from cablestudy.study.one_cable.case import CableCase
@@ -132,7 +132,7 @@ def test_frequencies_on_both_sides_of_a_peak_that_show_equal_values_do_not_hide_
         return 1 / (1 + ((omega - 1) / ratio) ** 2)
 
     begin = np.array([0.5, 1 - 8 * ratio, 1 - 4 * ratio, 1 + 4 * ratio, 1 + 8 * ratio, 1.5])
-    omega, values = _refined(peak, begin, peak(begin), lambda omega, values: np.ones(len(omega) - 1, dtype=bool))
+    omega, values = refined_grid(peak, begin, peak(begin), lambda omega, values: np.ones(len(omega) - 1, dtype=bool))
     assert np.trapezoid(values, omega) == pytest.approx(2 * ratio * np.arctan(0.5 / ratio), rel=0.05)
     assert len(omega) < 200
 
