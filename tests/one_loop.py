@@ -4,10 +4,10 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.control.gain_limits import StableGains
 from cablestudy.control.law import INTEGRATOR
 from cablestudy.control.loop_gain import LoopGain
 from cablestudy.control.notch import NotchedLaw
+from cablestudy.control.stable_gains import StableGains
 from cablestudy.motion.dynamic_analysis import DynamicAnalysis
 from cablestudy.scene.one_cable import as_suspension
 from cablestudy.study.one_cable.case import CableCase

@@ -10,11 +10,11 @@ from scipy.optimize import minimize_scalar
 from test_loop import spring_loop
 
 from cablestudy.control.curves import sample_curves
-from cablestudy.control.gain_limits import StableGains
 from cablestudy.control.law import INTEGRATOR
 from cablestudy.control.margins import Margins
 from cablestudy.control.margins_crossings import crossings, refined_crossings
 from cablestudy.control.margins_grid import frequencies
+from cablestudy.control.stable_gains import StableGains
 from cablestudy.errors import NoSolutionError
 
 NAMES = ("phase_margin", "gain_crossover", "delay_margin", "sensitivity_peak", "bandwidth", "disk_margin")

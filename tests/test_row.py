@@ -169,7 +169,7 @@ def test_a_column_that_cannot_be_had_leaves_the_others(model, sets, reason, gone
 
 
 def test_a_gain_that_no_margin_gives_leaves_the_open_loop(monkeypatch):
-    monkeypatch.setattr("cablestudy.control.gain_limits.StableGains.gain_of_peak", lambda self, peak, most: None)
+    monkeypatch.setattr("cablestudy.control.stable_gains.StableGains.gain_of_peak", lambda self, peak, most: None)
     row = row_of(scene("winch.controller.gain={auto: {gain_margin: 6 dB}}"), *OPEN_LOOP, "gondola_rms", "gain_margin")
     assert row.cells["status"].startswith("no gain follows from a gain margin")
     assert [row.cells[name] for name in ("gondola_rms_mm", "gain_margin_dB")] == [None, None]

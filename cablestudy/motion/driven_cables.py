@@ -31,10 +31,11 @@ import numpy as np
 
 from cablestudy.activity import doing
 from cablestudy.cable.matrices import dense
-from cablestudy.control.gain_limits import StableGains, limit_near, limits_near, too_many
+from cablestudy.control.gain_limits import limit_near, limits_near, too_many
 from cablestudy.control.loop_gain import LoopGain
 from cablestudy.control.loop_gain_poles import narrow_poles, poles_of_modes
 from cablestudy.control.motion import with_strokes
+from cablestudy.control.stable_gains import StableGains
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import ConvergenceError, outcome_of, without_errors
 from cablestudy.motion.driven_waves import ACROSS, driven_modes

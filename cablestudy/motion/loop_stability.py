@@ -9,9 +9,10 @@ from math import ceil, log2
 
 import numpy as np
 
-from cablestudy.control.gain_limits import StableGains, undamped
+from cablestudy.control.gain_limits import undamped
 from cablestudy.control.law import law_from
 from cablestudy.control.loop import clearly_stable
+from cablestudy.control.stable_gains import StableGains
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import ConvergenceError, NoSolutionError, known, outcome_of, without_errors
 from cablestudy.motion.driven_cables import DrivenCables

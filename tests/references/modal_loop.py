@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from cablestudy.control.gain_limits import StableGains
+from cablestudy.control.stable_gains import StableGains
 from cablestudy.motion.driven_cables import open_poles
 from cablestudy.system.first_order import equations
 
