@@ -11,7 +11,7 @@ import scipy.optimize
 from campaign import campaign
 from command import rows_of, run, table_of, written
 from references import bar_suspension, continuous_suspension, dense
-from suspension_cases import SUSPENSIONS, case_at
+from suspension_cases import SUSPENSIONS, case_at, case_of
 from suspension_scenes import G, hung, platform, suspension, with_lengths
 from suspensions import sagging, trifilar
 
@@ -405,6 +405,25 @@ def test_damping_ratios_of_cables_with_fixed_ends_are_known(folder):
     told = run("modes", written(f"cables: {{wire: {wire}}}\n"), "-n", 2, "--format", "csv")
     assert "not known" not in told.err
     assert [row["damping_ratio"] for row in rows_of(told.out, "csv")] == pytest.approx([0.01, 0.01])
+
+
+@pytest.mark.parametrize("law", [("hysteretic", "loss_factor", 0.02), ("kelvin_voigt", "time", 1e-3)])
+def test_damped_strain_of_a_cable_with_fixed_ends_damps_as_that_of_bars_and_of_one_cable(folder, law):
+    """Energy lost in each mode of bars, of 60 and 120 extrapolated; one cable has its ratios in the table of ssm."""
+    law = {"model": law[0], law[1]: law[2]}
+    wire = {"preload": 100, "axial_stiffness": 2.5e6, "mass_per_length": 0.1, "damping": law}
+    ends, of_bars = ([0, 0, 0], [99, 0, 7]), []
+    case = case_of({"cables": {"wire": wire | dict(zip(("from", "to"), ends, strict=True))}})
+    for bars in (60, 120):
+        dense_bars = bar_suspension.dense(case.equilibrium, bars)
+        frequency, shapes = dense_bars.modes()
+        omega, shapes = 2 * np.pi * frequency[:6], shapes[:, :6]
+        loss_factor = law.get("loss_factor", 0.0) + law.get("time", 0.0) * omega
+        of_bars.append(loss_factor * (shapes * (dense_bars.elastic @ shapes)).sum(axis=0) / (2 * omega**2))
+    found = case.modes(6).damping_ratio
+    assert found == pytest.approx((4 * of_bars[1] - of_bars[0]) / 3, rel=1e-3, abs=1e-12)
+    alone = table_of("ssm", written(str({"cable": wire | {"ends": list(ends)}})), "--modes", 6)
+    assert found == pytest.approx([row["damping_ratio"] for row in alone], rel=1e-3, abs=1e-12)
 
 
 def test_an_unstable_equilibrium_is_refused_with_the_motion_that_runs_away():

@@ -170,7 +170,7 @@ class CoupledModes:
 
     def _ratios_near(self, poles, models):
         """Damping ratios of the poles nearest to some, by elements of the cables: `damped_pole.ratios_near`. [-]"""
-        if np.isnan(poles).all():
+        if np.isnan(poles).all() or not len(self.layout.free):  # nothing to condense the motion to
             return np.full(len(poles), np.nan)
         cables = models.condensed(np.arange(models.cables.count))
         return ratios_near(self.damped.layout, cables, poles, self.damped.shapes)
