@@ -573,6 +573,8 @@ def test_modes_of_a_scene_with_a_gondola_say_that_it_is_held():
     assert run("modes", CARLINA, "-n", "2", "--quiet").err == ""
     (line,) = run("modes", CARLINA, "-n", "2", "--coupled").lines
     assert line.startswith("note: damping ratios of modes that move ends of cables are not known")
+    told = run("modes", CARLINA, "-n", "2", "--coupled", "--explain").lines
+    assert told[0] == "modes: 2 of a linear model with 118 coordinates"  # 39 nodes of bars, and the gondola
 
 
 @pytest.mark.parametrize("scene", ["slack.yaml", "carlina-inclined.yaml"])

@@ -1,7 +1,6 @@
 """Functions behind the commands static, modes, windrms and loop of a scene of one cable, which return an `Answer`."""
 
 from dataclasses import replace
-from itertools import chain
 
 from cablestudy.errors import SceneError
 from cablestudy.interface.answer import Answer, only
@@ -65,10 +64,12 @@ def _modes_with_gondola(scene, count, upto):
     from cablestudy.study.suspension.notes import mode_notes
 
     require(scene.document, scene.model, ["gondola"], "modes --coupled")
-    answer = coupled_modes(gondola_on_cable(CableCase(scene.model)), count, upto)
+    case = gondola_on_cable(CableCase(scene.model))
+    answer = coupled_modes(case, count, upto)
+    lines = (line for modes in case.largest_modes for line in mode_notes(modes, case.mode_errors(modes)))
     return replace(
         answer,
-        explain=lambda: (*chain.from_iterable(map(mode_notes, answer.case.largest_modes)), *answer.explain()),
+        explain=lambda: (*lines, *answer.explain()),
         warnings=(*reference_without_loads(scene.model), *answer.warnings),
     )
 

@@ -86,7 +86,12 @@ class CableCase(OneCableAtRest, ComparedCase):
         return error
 
     def equilibrium_error(self, column):
-        """Relative error of a number of the motion by what the equilibrium leaves out: drag, conductors. [-]"""
+        """Relative error of a number of the motion by what the equilibrium leaves out: drag, conductors. [-]
+
+        Zero where the function of the column counts it (`Column.follows_drag`).
+        """
+        if column.follows_drag:
+            return 0.0
         error = self.mode_error
         if error and column.needs == "gondola" and column.name != "gondola_frequency":  # of the mode's shape
             return error + self.gondola_mode.error_by_mixing(error)

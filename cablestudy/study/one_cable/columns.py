@@ -92,7 +92,9 @@ def column_of_one_cable(column, bare):
         result = column.compute(suspension)
         return result if isinstance(result, tuple) else (result, suspension.statics_error(column))
 
-    return replace(column, needs=needs, compute=compute, each=True, mode=(), key=_keys(column))
+    follows_drag = column.follows_drag or column.needs == "modes"
+    changes = {"needs": needs, "compute": compute, "each": True, "mode": (), "follows_drag": follows_drag}
+    return replace(column, key=_keys(column), **changes)
 
 
 def _keys(column):
@@ -172,6 +174,11 @@ class OneCableGroup(Group):
         """The lowest `CoupledModes`, those across the plane of the cable too; raises as `coupled_modes`."""
         scene = self._case.scene
         return coupled_modes(self.equilibrium.take(0), count, scene.model.accuracy, [scene.cable.damping])
+
+    @property
+    def mode_errors(self):
+        """Relative error of all frequencies by what the equilibrium leaves out, shape (1,). [-]"""
+        return np.array([self._case.mode_error])
 
     def steady_drag(self, _):
         """Drag of the steady wind on the cable, as `FixedModel.drag`."""
