@@ -23,7 +23,6 @@ from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.equilibrium_errors import EquilibriumErrors
 from cablestudy.study.suspension.group import Group
 from cablestudy.study.tolerances import STUDY
-from cablestudy.system.coupled_modes import coupled_modes
 
 # name of a column in a suspension -> its name in a scene of one cable
 ALIASES = {
@@ -155,25 +154,17 @@ class OneCableGroup(Group):
     """
 
     def __init__(self, case):
-        self._case, self.reference, self._loaded, self._coordinates = case, equilibria_of([case]), None, {}
-        self._conductors = None  # their errors are in those of the case
-        self.cable_indices, self.body_indices = {CABLE: 0}, {GONDOLA: 0}
+        self._case = case
+        super().__init__([as_suspension(case.scene)])
         rounding = np.array([max(STUDY.rounding, case.statics_error)])
-        states = self.reference, self.reference
-        self.errors = EquilibriumErrors(*states, None, rounding)
+        self.errors = EquilibriumErrors(self.reference, self.reference, None, rounding)
 
-    @property
-    def in_mean_wind(self):
-        """The equilibrium, about which the gondola moves, and None: its drag is in the errors of the case."""
-        return self.reference, None
+    def _reference_state(self, _):
+        """No conductors, whose errors are in those of the case, and its equilibrium."""
+        return None, equilibria_of([self._case]), [""]
 
     def failure(self, _):
         """None, since the case has an equilibrium."""
-
-    def modes(self, _, count):
-        """The lowest `CoupledModes`, those across the plane of the cable too; raises as `coupled_modes`."""
-        scene = self._case.scene
-        return coupled_modes(self.equilibrium.take(0), count, scene.model.accuracy, [scene.cable.damping])
 
     @property
     def mode_errors(self):

@@ -7,7 +7,7 @@ of the cable, between which those of a straight cable lie. The air damps the gon
 by one viscous rate for motion in any direction; without a gondola by its drag, see `wind.drag`.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -19,6 +19,7 @@ from cablestudy.motion.body_mode import BodyMode, RefinedMode
 from cablestudy.motion.dynamic_analysis import DynamicAnalysis
 from cablestudy.motion.model_search import solve_modes
 from cablestudy.scene.one_cable import CABLE, GONDOLA, as_suspension
+from cablestudy.statics.descent import SearchRecord
 from cablestudy.statics.suspension import GROUND, Equilibrium, SuspendedSystem
 from cablestudy.study.motion_columns import GONDOLA_X, MIDSPAN
 from cablestudy.study.refinement import fixed_model
@@ -30,18 +31,6 @@ from cablestudy.wind.gusts import Gusts
 from cablestudy.wind.strips import on_cables
 
 ALONG_X = np.array([[True, False, False, False, False, False]])
-
-
-@dataclass(frozen=True)
-class NoSearch:
-    """Record of convergence of poses that need no search, since the scene states where the ends of the cable are.
-
-    Attributes
-    ----------
-    converged : ndarray of bool, shape (...)
-    """
-
-    converged: np.ndarray
 
 
 class CableAirflow(Airflow):
@@ -345,4 +334,5 @@ def equilibria_of(cases):
         stated=("unstretched_length",),
         value=span.unstretched_length,
     )
-    return Equilibrium(suspension, position, rotation, form, NoSearch(np.ones(len(cases), dtype=bool)))
+    record = SearchRecord(*np.zeros((4, len(cases)), dtype=int))  # converged, without a step
+    return Equilibrium(suspension, position, rotation, form, record)

@@ -63,11 +63,7 @@ class Group:
         self.linear_models, self.modes_in_wind = [{} for _ in scenes], [{} for _ in scenes]
         self._modes = {}  # kept by `modes`
         self._cables, self._drags_on_cables, self._coordinates = {}, {}, {}  # by the number of parts of `coarser`
-        self._conductors = conductors_of(scenes, at_rest)
-        if self._conductors is None:
-            self.reference, self.problems = at_rest(scenes, numbers_at_rest(scenes))
-        else:
-            self.reference, self.problems = self._conductors.reference, self._conductors.problems
+        self._conductors, self.reference, self.problems = self._reference_state(scenes)
         self._drag_parts = STUDY.drag_parts
         self._scenes = [scene.without_lost() for scene in scenes]  # with the cables that the load cases leave
         lost = scenes[0].load_case.lost
@@ -76,6 +72,13 @@ class Group:
         self.errors = EquilibriumErrors(self.reference, self.equilibrium, self._conductors)
         self.cable_indices = {name: index for index, name in enumerate(self._scenes[0].cables)}
         self.body_indices = {name: index for index, name in enumerate(self.reference.suspension.body_names)}
+
+    def _reference_state(self, scenes):
+        """`SuspendedConductors` or None, and what `at_rest` returns."""
+        conductors = conductors_of(scenes, at_rest)
+        if conductors is None:
+            return None, *at_rest(scenes, numbers_at_rest(scenes))
+        return conductors, conductors.reference, conductors.problems
 
     def _loaded_state(self):
         """`LoadedState` of all cases; None where they are the reference state, without a load case."""
