@@ -93,6 +93,11 @@ def test_a_suspension_is_read_into_si():
     assert scene.model.accuracy == 1e-4
 
 
+def test_a_held_body_may_have_no_cable():
+    text = replaced(GOOD, ("gondola:\n", "gondola:\n    free: []\n"), (GOOD[GOOD.index("  v:") :], ""))
+    assert scene_of(text).bodies["gondola"].free == ()
+
+
 def test_optional_keys_are_read_into_si():
     scene = scene_of(
         changed(

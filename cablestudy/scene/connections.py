@@ -113,7 +113,7 @@ def unsupported(movable, partly_held, owners):
     list of (str, str)
         Name, and message that says why it would fall.
     """
-    neighbours = {name: set() for name in (None, *movable)}
+    neighbours = {name: set() for name in (None, *movable, *partly_held)}
     for pair in owners:
         for owner, other in (pair, pair[::-1]):
             neighbours.setdefault(owner, set()).add(other)
