@@ -163,6 +163,9 @@ class OneCableGroup(Group):
         """No conductors, whose errors are in those of the case, and its equilibrium."""
         return None, equilibria_of([self._case]), [""]
 
+    def _loaded_state(self):
+        """None, since that equilibrium is under the loads of the case."""
+
     def failure(self, _):
         """None, since the case has an equilibrium."""
 
