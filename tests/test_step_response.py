@@ -42,7 +42,7 @@ def test_a_system_of_second_order(ratio, final):
     assert found.rise_time == pytest.approx(last - first, rel=1e-6)
     assert found.settling_time == pytest.approx(settled(ratio, 0.02), rel=1e-6)
     assert found.resolved
-    assert not found.taken_back
+    assert not found.ends_near_zero
 
 
 def test_a_system_of_first_order_never_overshoots():
@@ -67,7 +67,7 @@ def test_a_disturbance_that_is_taken_back():
     """t exp(-t) is largest at t = 1; it comes to 2 % of that at the second root of t exp(1 - t) = 0.02."""
     time = np.linspace(0, 20, 2001)
     found = step_response(time, -time * np.exp(-time), 0.0)
-    assert found.taken_back
+    assert found.ends_near_zero
     assert found.size == pytest.approx(np.exp(-1), rel=1e-9)
     expected = scipy.optimize.brentq(lambda t: t * np.exp(1 - t) - 0.02, 1, 20)
     assert found.settling_time == pytest.approx(expected, rel=1e-6)

@@ -116,7 +116,7 @@ def newton(problem, unknown, active):
                 break
             share = np.where(overshoots, share / 2, share)
         of_step = np.where(active, (np.maximum.reduce(np.abs(gap)), change, share), np.nan)
-        trace.append(of_step if moving is ... else _spread(of_step, settled.shape, moving))
+        trace.append(of_step if moving is ... else _in_whole_batch(of_step, settled.shape, moving))
         unknown, gap, point = trial, trial_gap, trial_point
         # a cable is done where its step is small, or rounding keeps it from falling further
         stalled = (change < problem.stalled) & (change >= previous_change / 2)
@@ -141,7 +141,7 @@ def newton(problem, unknown, active):
     return unknown, point, NewtonRecord(residual, change, share, np.where(settled, CONVERGED, STALLED))
 
 
-def _spread(part, shape, index):
+def _in_whole_batch(part, shape, index):
     """Numbers of the cables at an index of a batch in an array for the whole batch, NaN elsewhere."""
     whole = np.full((len(part), *shape), np.nan)
     whole[:, *index] = part

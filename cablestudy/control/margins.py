@@ -21,7 +21,7 @@ import numpy as np
 
 from cablestudy.cable.matrices import inverse
 from cablestudy.control.curves import at_frequencies, by_parts, eigenvalues
-from cablestudy.control.margins_grid import highest, passages
+from cablestudy.control.margins_grid import highest, zero_crossings
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import NoSolutionError
 from cablestudy.system.together import batches, computed_together
@@ -90,7 +90,7 @@ class Margins:
         """Frequencies at which an eigenvalue of L has the size 1 [rad/s], and its angle from -1 [deg], shape (c,)."""
         for members, loop_gains in _of_many(margins):
             curves = [(omega, _log_sizes(matrices)) for omega, matrices in (one._curve for one in members)]
-            found = passages(lambda omega, loop, of=loop_gains: _log_sizes(of(omega, loop)), curves)
+            found = zero_crossings(lambda omega, loop, of=loop_gains: _log_sizes(of(omega, loop)), curves)
             omega, rank = (np.concatenate(parts) for parts in zip(*found, strict=True))
             values = eigenvalues(loop_gains(omega, np.repeat(np.arange(len(found)), [len(own) for own, _ in found])))
             index = np.take_along_axis(np.argsort(np.abs(values), axis=1), rank[:, None], axis=1)
@@ -216,7 +216,7 @@ class Margins:
             def log_size_at(omega, loop, loop_gains=loop_gains):
                 return _log_size_of_rest(sensitivity(loop_gains(omega, loop)))
 
-            for one, (_, sizes), (zeros, _) in zip(members, curves, passages(log_size_at, curves), strict=True):
+            for one, (_, sizes), (zeros, _) in zip(members, curves, zero_crossings(log_size_at, curves), strict=True):
                 zeros = zeros[1:] if sizes[0, 0] < 0 else zeros  # the first one is where T rises before it falls
                 yield one, float(zeros[0] / (2 * np.pi)) if len(zeros) else None
 

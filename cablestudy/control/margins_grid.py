@@ -163,7 +163,7 @@ def _polished_maxima(function, height, omega, width, which):
     return height, omega
 
 
-def passages(function, curves):
+def zero_crossings(function, curves):
     """Find the zeros of n functions of frequency with k values each, such as the crossovers of a loop gain.
 
     A zero lies between two given values of different signs. Two zeros lie on both sides of an extremum that passes zero

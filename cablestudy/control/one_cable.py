@@ -115,9 +115,9 @@ def _free_cable(model, chosen, residual, nodes):
     else they are held at zero, q = -m u.
     """
     modes, kept = len(model.omega), len(chosen)
-    space, taken_back = np.zeros((modes + ENDS, kept + ENDS)), chosen if residual else np.arange(modes)
+    space, subtracted = np.zeros((modes + ENDS, kept + ENDS)), chosen if residual else np.arange(modes)
     space[chosen, np.arange(kept)], space[modes:, kept:] = 1.0, np.eye(ENDS)
-    space[taken_back, kept:] = -model.coupling[taken_back]
+    space[subtracted, kept:] = -model.coupling[subtracted]
     nodes = np.zeros((modes + ENDS, 0)) if nodes is None else nodes
     forces = tuple((f"force_node_{k // 3 + 1}_{'xyz'[k % 3]}", "N") for k in range(nodes.shape[1]))
     relative = LinearSystem(*model.matrices(), (nodes, 0 * nodes, 0 * nodes), inputs=forces)

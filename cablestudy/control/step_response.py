@@ -11,18 +11,18 @@ from cablestudy.control.tolerances import CONTROL
 class StepResponse:
     """Numbers of a response to a step.
 
-    A response is taken back if it ends near zero, as that to a disturbance (`CONTROL.taken_back`).
+    A response to a disturbance may end near zero (`CONTROL.ends_near_zero`).
 
     Attributes
     ----------
     final : float
         Its value after a long time. [as the response]
     size : float
-        Value to which shares refer: the final one, or the largest one of a response that is taken back.
+        Value to which shares refer: the final one, or the largest one of a response that ends near zero.
     overshoot : float or None
-        Largest value beyond the final one, over the final one; None of a response that is taken back. [-]
+        Largest value beyond the final one, over the final one; None of a response that ends near zero. [-]
     rise_time : float or None
-        From `rise[0]` to `rise[1]` of the final value; None of a response that is taken back, or if it takes longer
+        From `rise[0]` to `rise[1]` of the final value; None of a response that ends near zero, or if it takes longer
         than the times sampled. [s]
     settling_time : float or None
         Time from which on the response stays within `settling_band` times `size` of the final value; None if never. [s]
@@ -38,7 +38,7 @@ class StepResponse:
     resolved: bool = True
 
     @property
-    def taken_back(self):
+    def ends_near_zero(self):
         """True if the response ends near zero."""
         return self.overshoot is None
 
@@ -80,7 +80,7 @@ def _by_spline(time, value, final, largest):
     curve = CubicSpline(time, sign * value / largest)
     # of a response that is zero during a delay: `solve` finds roots where there are none by coefficients of 1e-170
     curve.c[np.abs(curve.c) < CONTROL.spline_rounding * np.abs(curve.c).max(axis=1, keepdims=True)] = 0.0
-    follows = final_share >= CONTROL.taken_back  # else the response is taken back: it ends near zero
+    follows = final_share >= CONTROL.ends_near_zero  # else it ends near zero
     size = final_share if follows else 1.0
     overshoot = rise = None
     if follows:

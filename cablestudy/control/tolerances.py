@@ -137,7 +137,7 @@ class ControlTolerances:
     listed_names: int = 4  # names that a representation lists all
     settling_band: float = 0.02  # about the final value, of the settling time
     rise: tuple = (0.1, 0.9)  # shares of the final value between which a response rises
-    taken_back: float = 0.1  # final value over the largest one, below which a response is one that is taken back
+    ends_near_zero: float = 0.1  # final value over the largest one, below which a response ends near zero
     # relative difference between all points of time and every second one, up to which they are enough
     enough_points: float = 0.01
     fewest_points: int = 8  # of time

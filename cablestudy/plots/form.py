@@ -104,7 +104,8 @@ class _Picture:
     def panels(self):
         """List of (height [in], function that draws the panel: figure, cell of its grid -> None)."""
         plane, panels = self.plane, [(4.2, self._draw_against_length)] if self.upright else self._views()
-        aside = [np.abs(self._aside(drawing)).max(initial=0.0) / drawing.size for drawing in self.drawings if plane]
+        drawings = self.drawings if plane else ()
+        aside = [np.abs(self._out_of_plane(drawing)).max(initial=0.0) / drawing.size for drawing in drawings]
         if max(aside, default=0.0) > SIDEWAYS and not self.loaded:
             panels.append((2.6, self._draw_along_span))
         if self.loaded:
@@ -217,16 +218,16 @@ class _Picture:
         axes.set(xlabel=plane.labels[0], ylabel="height above\nthe chord [m]")
         axes.set_title(f"Vertical distance from the chord, {window.note()}", loc="left", color=style.GREY)
 
-    def _aside(self, drawing):
+    def _out_of_plane(self, drawing):
         """Distances from the chord of each cable of a drawing out of the plane, shape (c, j). [m]"""
         return drawing.from_chord @ np.cross(self.plane.axes[:, 1], self.plane.axes[:, 0])
 
     def _draw_along_span(self, figure, cell):
         """Draw the cables as seen along the span, from their chords: each is a line at its angle of swing."""
         axes = figure.add_subplot(cell)
-        self._draw(axes, lambda drawing: (self._aside(drawing), drawing.above_chord), label="")
+        self._draw(axes, lambda drawing: (self._out_of_plane(drawing), drawing.above_chord), label="")
         for drawing, look in zip(self.drawings, self.looks, strict=True):
-            aside, above = self._aside(drawing), drawing.above_chord
+            aside, above = self._out_of_plane(drawing), drawing.above_chord
             farthest = np.arange(len(above)), np.hypot(aside, above).argmax(axis=-1)
             axes.scatter(aside[farthest], above[farthest], s=16, c=look["colours"], zorder=3)
         axes.plot(0, 0, "o", color=style.GREY, ms=4)

@@ -295,8 +295,8 @@ def _displacement(axes, solved):
     displacement = MILLI * response.measured
     axes.plot(time, displacement, color=style.BLUE, label="loop closed")
     largest = int(np.argmax(np.abs(displacement)))
-    if step is None or step.taken_back or step.overshoot > CONTROL.settling_band:
-        excess = "" if step is None or step.taken_back else f" ({100 * step.overshoot:.3g} % over)"
+    if step is None or step.ends_near_zero or step.overshoot > CONTROL.settling_band:
+        excess = "" if step is None or step.ends_near_zero else f" ({100 * step.overshoot:.3g} % over)"
         axes.plot(time[largest], displacement[largest], "o", color=style.RED, ms=4,
                   label=with_minus(f"{displacement[largest]:.4g} {unit} at {time[largest]:.4g} s{excess}"))  # fmt: skip
     if step is not None:

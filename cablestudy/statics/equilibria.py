@@ -31,12 +31,12 @@ def pose(suspension):
     if len(suspension.shape) != 1:
         return rest.pose(suspension)
     common, keys = suspension.identity  # data that all cases share, and what tells each case from the others
-    rows, equilibrium = _remembered(common, set(keys)) or _solve(common, keys, suspension)
+    rows, equilibrium = _found_earlier(common, set(keys)) or _solve(common, keys, suspension)
     row_of_case = [rows[key] for key in keys]
     return equilibrium if row_of_case == list(range(len(rows))) else equilibrium.take(np.array(row_of_case))
 
 
-def _remembered(common, keys):
+def _found_earlier(common, keys):
     """Rows by key and `Equilibrium` of a search that had all of these cases; None without one."""
     for common_of_search, rows, equilibrium in _searches:
         if common_of_search == common and keys <= rows.keys():

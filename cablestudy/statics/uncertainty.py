@@ -172,7 +172,7 @@ def _force_changes(equilibrium, kinds):
     known.
     """
     cables, length_stated = equilibrium.catenary, np.array([kind == "unstretched_length" for kind in kinds], dtype=bool)
-    length_known = _stayed(equilibrium)[..., None] | length_stated
+    length_known = _has_not_moved(equilibrium)[..., None] | length_stated
     force_changes = stated.force_changes_at_stated_values(cables, kinds)
     if (length_known & ~length_stated).any():
         at_given_lengths = stated.force_changes_at_stated_values(cables, ("unstretched_length",) * len(kinds))
@@ -206,7 +206,7 @@ def _rms(samples):
     return np.sqrt((samples[..., :-1] ** 2).mean(axis=-1)) + STATICS.curved * np.abs(samples[..., -1])
 
 
-def _stayed(equilibrium):
+def _has_not_moved(equilibrium):
     """True for cases in which all bodies are where the search began, within `STATICS.stayed`, shape (...)."""
     suspension, longest = equilibrium.suspension, equilibrium.longest
     distance = largest(equilibrium.position - suspension.position).max(axis=-1, initial=0.0) / longest

@@ -180,7 +180,7 @@ class TimeCase:
 def step_words(step, time):
     """A `StepResponse` in words; `time` are the points of time by which it was computed. [s]"""
     settling = f"not within {time[-1]:.4g} s" if step.settling_time is None else f"{step.settling_time:.4g} s"
-    if step.taken_back:
+    if step.ends_near_zero:
         words = f"settling time {settling} (to 2 % of the largest displacement)"
     else:
         rise = f"not within {time[-1]:.4g} s" if step.rise_time is None else f"{step.rise_time:.4g} s"

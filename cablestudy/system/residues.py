@@ -353,7 +353,7 @@ def delayed_response(response, slow, fast, highest):
     DelayedResponse
         Integrals over frequency treat the sharp peaks of its response by these poles, the rest numerically.
     """
-    slow, fast = _sharp(slow), _sharp(fast)
+    slow, fast = _lightly_damped(slow), _lightly_damped(fast)
     band = highest, SYSTEM.gap * highest
     sizes = np.unique(np.append(np.abs(fast.poles), band))
     sizes = sizes[(sizes >= band[0]) & (sizes <= band[1])]
@@ -365,7 +365,7 @@ def delayed_response(response, slow, fast, highest):
     return DelayedResponse(response, replace(slow, poles=poles, inputs=inputs, outputs=outputs, direct=direct))
 
 
-def _sharp(system):
+def _lightly_damped(system):
     """`Residues` of the lightly damped poles; of pairs both, of a one-sided system those of the upper half plane."""
     size, imag = np.abs(system.poles), system.poles.imag
     oscillates = imag > 0 if system.one_sided else imag != 0

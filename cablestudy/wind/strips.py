@@ -232,7 +232,7 @@ def strips(models, kept, equilibrium, drag):
     speed = float(np.sqrt((drag.velocity**2).sum()))
     end_1 = equilibrium.ends[:, 0]
     wind_direction, drag_factors = drag.velocity / speed, float(drag.density) * drag.cables * speed
-    courses, groups, found = _courses(models, equilibrium.catenary), {}, []
+    courses, groups, found = _directions_along(models, equilibrium.catenary), {}, []
     for cable, mesh, places, shapes in nodal_shapes(models, kept, np.flatnonzero(drag.cables > 0)):
         groups.setdefault((mesh, shapes.shape[-1]), []).append((cable, places, shapes))
     for (mesh, _), members in groups.items():
@@ -362,7 +362,7 @@ def coordinate_amplitudes(coordinates, layout, shapes, groups):
     return by_group
 
 
-def _courses(models, catenary):
+def _directions_along(models, catenary):
     """Direction, stretch and tension along each cable in its chord frame. A cable without mass counts as straight.
 
     For each cable, with e elements of some order p: unit tangents, shape (e, p, 3), and local stretched over

@@ -89,17 +89,17 @@ def equilibria_in_drag(equilibrium, drag, parts):
             if len(left):
                 in_wind = equilibrium.take(left), drag.take(left), steady.take(left)
                 movement[left], found[left] = _search(*in_wind, parts, least[left], plain, most)
-    finer = _moved(equilibrium, drag, steady, movement, parts)
+    finer = _equilibrium_after(equilibrium, drag, steady, movement, parts)
     further = _movement(replace(finer, catenary=finer.catenary.coarser))
     uniform = replace(finer, catenary=finer.catenary.catenary)
     further = np.where(found[:, None, None], further, 0.0)
-    coarser = _moved(uniform, drag, drag_on_cables(drag, uniform), further, parts // 2)
+    coarser = _equilibrium_after(uniform, drag, drag_on_cables(drag, uniform), further, parts // 2)
     lost[rows] = ~finer.catenary.found[rows].all(axis=-1) | (moves & ~found[rows])
     record = replace(equilibrium.record, reason=np.where(lost, DISAGREED, equilibrium.record.reason))
     return {parts // 2: replace(coarser, record=record), parts: replace(finer, record=record)}
 
 
-def _moved(equilibrium, drag, steady, movement, parts):
+def _equilibrium_after(equilibrium, drag, steady, movement, parts):
     """`Equilibrium` of bodies that moved, out of balance perhaps, its cables in drag that varies along each.
 
     Parameters
@@ -181,7 +181,7 @@ def _search(equilibrium, drag, steady, parts, least, plain, most):
     Parameters
     ----------
     equilibrium, drag, steady, parts
-        As of `_moved`.
+        As of `_equilibrium_after`.
     least : ndarray, shape (n,)
         Steps that end the search however small the movement is. [m]
     plain, most : int
@@ -198,7 +198,7 @@ def _search(equilibrium, drag, steady, parts, least, plain, most):
     now, before = movement, np.full(len(cases), STUDY.tiny)
     for step in range(most):
         rough = step < STUDY.rough_movements
-        moved = _moved(equilibrium, drag, steady, now / units, 1 if rough else parts)
+        moved = _equilibrium_after(equilibrium, drag, steady, now / units, 1 if rough else parts)
         further = units * _movement(moved)
         of_step, of_all = (np.abs(vectors).max(axis=(-2, -1)) for vectors in (further, now))
         # the next step is as much smaller again, unless it is combined
@@ -206,7 +206,7 @@ def _search(equilibrium, drag, steady, parts, least, plain, most):
         small = rate * of_step <= np.maximum(CABLE.settled_form * of_all, least)
         ended = small & _balanced(equilibrium, moved) & (not rough)
         found[cases[ended]] = True  # what others leave may not be finite
-        movement[cases[ended]] = _moved_on(now[ended], further[ended], units[ended]) / units[ended]
+        movement[cases[ended]] = _after_step(now[ended], further[ended], units[ended]) / units[ended]
         on = np.flatnonzero(~ended & np.isfinite(of_step))
         if not len(on):
             break
@@ -217,7 +217,7 @@ def _search(equilibrium, drag, steady, parts, least, plain, most):
             )
             tried = [[array[on] for array in both] for both in tried]
         before, longest = of_step, STUDY.drag_movement * equilibrium.longest
-        tried = [*tried, [now, _moved_on(now, _limited(further, longest), units)]][-STUDY.combined_movements :]
+        tried = [*tried, [now, _after_step(now, _limited(further, longest), units)]][-STUDY.combined_movements :]
         following = tried[-1][1]
         if step >= plain:
             flat = np.array(tried).reshape(len(tried), 2, len(cases), -1)
@@ -242,7 +242,7 @@ def _net_forces(equilibrium):
     return block_stiffness.free_values(suspension, of_all)
 
 
-def _moved_on(movement, step, units):
+def _after_step(movement, step, units):
     """Movements of bodies and points after a further step, shape (n, b, 6), both times the `motion_units`.
 
     Rotations follow one another; of vectors that differ by whole turns, the one that is nearest to the sum is taken.

@@ -179,13 +179,13 @@ def choose_controlled(document, scene, options, highest=None):
             raise SceneError(f"--modes {options.count}: the model has {counted(len(full_loop.modes), 'mode')}")
         reduced_loop = _with_modes(case.analysis, full_loop, options.count)
     elif options.upto:
-        full_loop = _reaching(case.analysis, full_loop, options.limit, np.inf)
+        full_loop = _with_mode_above(case.analysis, full_loop, options.limit, np.inf)
         frequency = full_loop.modes.frequency
         if frequency[0] > options.limit:
             raise NoSolutionError(f"no mode is below {options.limit:.4g} Hz; the lowest is at {frequency[0]:.4g} Hz")
         reduced_loop = _with_modes(case.analysis, full_loop, int((frequency <= options.limit).sum()))
     elif highest:
-        full_loop = reduced_loop = _reaching(case.analysis, full_loop, highest, STUDY.loop_response_modes)
+        full_loop = reduced_loop = _with_mode_above(case.analysis, full_loop, highest, STUDY.loop_response_modes)
     loop, reduced_loop = None, reduced_loop.with_all_modes
     if options.attached == "loop":
         allocation = replace(full_loop.body.allocation, measured=reduced_loop.body.allocation.measured)
@@ -211,7 +211,7 @@ def _with_modes(analysis, whole, count):
     return whole if count == len(whole.modes) else analysis.closed_loop_of(count)
 
 
-def _reaching(analysis, closed_loop, frequency, most):
+def _with_mode_above(analysis, closed_loop, frequency, most):
     """A `ClosedLoop` with a mode above a frequency [Hz], of at most about `most` modes, or with all there are."""
     size = MOTION.model_modes[0]
     while len(closed_loop.modes) == size < most and closed_loop.modes.frequency[-1] < frequency:
