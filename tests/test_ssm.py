@@ -15,9 +15,12 @@ from picture import faults
 from references import dense
 from scenes import case_of, choice_of
 from scipy.io import loadmat
+from solved import contents
 from test_statespace import end_stiffness_of_bars
 from test_suspension_ssm_command import same_files
+from twins import swinging, without
 
+import cablestudy as cs
 from cablestudy import plots
 from cablestudy.control import export, one_cable
 from cablestudy.study import ssm, ssm_tables
@@ -220,6 +223,26 @@ def test_responses_between_several_ends_are_those_of_each_pair():
             assert [row[f"{output}_over_{given}_{part}"] for row in rows] == [row[part] for row in alone]
 
 
+@pytest.mark.parametrize(("attached", "own", "pair"), [
+    ("gondola", None, ("winch.cable", "gondola.x")),
+    ("gondola", None, ("gondola.force_x", "gondola.x")),
+    ("loop", "loop", ("reference.x", "gondola.x")),
+    ("loop", "loop", ("gondola.force_x", "winch.cable")),
+])  # fmt: skip
+def test_parts_have_the_names_that_suspensions_have_for_them(attached, own, pair):
+    """Responses of one cable and of its twin, between inputs and outputs of equal names."""
+    damping = "cable.damping={model: kelvin_voigt, time: 1 ms, viscous: 0.01 N s/m^2}"
+    scene = without(contents(CARLINA, damping, "model={elements: 3, order: 3}"), "wind")
+    frequency, (given, shown) = np.array([0.1, 0.7, 2.0]), pair
+    both = {"input": given, "output": shown}
+    mine, twin = cs.load(scene).state_space(attached, **both), cs.load(swinging(scene)).state_space(own, **both)
+    found, expected = (one.response(2j * np.pi * frequency, derivatives=True)[:, 0, 0] for one in (mine, twin))
+    assert found == pytest.approx(expected, rel=1e-6)
+    row = cs.load(scene).compute("ssm", attached=attached, response="0.1:2:2", **both).table.rows[-1]
+    phase = next(value for name, value in row.items() if "phase" in name)
+    assert phase % 360 == pytest.approx(np.degrees(np.angle(found[-1])) % 360)
+
+
 @pytest.mark.parametrize(("attached", "inputs", "outputs", "size"), [
     (None, {"end_2_x": "m", "end_1_x": "m"}, {"force_end_2_z": "N", "force_end_1_x": "N"}, "6 states, 2 inputs, 2"),
     ("gondola", {"force_gondola": "N"}, {"gondola_velocity": "m/s"}, "8 states, 1 input, 1"),
@@ -388,7 +411,7 @@ def test_both_ends_of_a_long_response_are_those_of_the_whole():
         ("--error 0.1 --input end_3_x", "--input end_3_x: unknown (did you mean end_2_x? allowed: end_1_x, end_1_y, "),
         ("--response 1:2:3 --output force", "--output force: unknown (allowed: end_1_x, end_1_y, end_1_z, end_2_x"),
         ("--input end_1_x", "--input: no effect: for --response, --error and --out only"),
-        ("--output end_1_x --with loop --response 1:2:3", "--output: no effect"),
+        ("--output end_3_x --with loop --response 1:2:3", "--output end_3_x: unknown (did you mean force_end_"),
         ("--proper", "--proper: no effect"),
         ("--out x.mat --with gondola --input winsh", "--input winsh: unknown (did you mean winch? allowed: "),
         ("--out x.mat --output end_3_x", "--output end_3_x: unknown"),

@@ -163,7 +163,7 @@ def ssm(scene, out=None, response=None, **options):
     choice = kind.ssm.choose(scene.document, scene.model, state_space_options, frequency_range and frequency_range[1])
     warnings = [*kind.notes_on_stated(choice.case), *choice.warnings]
     if out:
-        system = state_spaces.exported(choice.system(), state_space_options)
+        system = state_spaces.exported(choice.system(), choice.options)
         dampings = [cable.damping for cable in scene.model.cables.values()]
         notes = [*state_spaces.improper_note(system), *state_spaces.viscous_note(dampings)]
         warnings += [state_spaces.size_line(choice, system), *notes]
@@ -179,19 +179,18 @@ def ssm(scene, out=None, response=None, **options):
         return replace(
             answer,
             tables=only(response_table(frequency_range, curves)),
-            draw=lambda plots: _bode_plot(plots, curves, drawn_points(frequency_range, curves), attached),
+            draw=lambda plots: _bode_plot(plots, curves, drawn_points(frequency_range, curves), choice.title),
         )
     draw = (lambda plots: plots.loop_margins(choice.whole)) if attached == "loop" else None
     return replace(answer, tables=only(None if out else choice.mode_table()), draw=draw)
 
 
-def _bode_plot(plots, curves, numbers, attached):
+def _bode_plot(plots, curves, numbers, title):
     """The picture of frequency responses, of numbers from `ssm_tables.drawn_points`; SceneError for several units."""
     units = dict.fromkeys(curve.unit or "-" for curve in curves)
     if len(units) > 1:
         raise SceneError(f"--plot: draws responses of one unit, these have {', '.join(units)}")
-    title = {"title": "gondola position over winch movement"} if attached == "gondola" else {}
-    return plots.bode(curves, *numbers, **title)
+    return plots.bode(curves, *numbers, **({"title": title} if title else {}))
 
 
 def compare_models(scene, columns=None, repeats=5, out=None, shown=False):

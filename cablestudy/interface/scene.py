@@ -240,7 +240,7 @@ class Scene(SceneCommands):
         caller = 3  # of the method, past the check of its arguments
         for line in choice.warnings:
             warnings.warn(line.removeprefix("warning: "), stacklevel=caller)
-        return exported(choice.system(), options)
+        return exported(choice.system(), choice.options)
 
     @checked
     def find(

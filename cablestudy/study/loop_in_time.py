@@ -235,7 +235,7 @@ def input_and_output(document, scene, options, measured=None):
     winches = _shown_names([f"winch.{name}" for name in loop_scene.winches], names)
     references = _shown_names([f"reference.{name}" for name in measured], names)
     outputs = list(_shown_names([f"{body}.{name}" for name in measured], names))
-    shown_input = options.input or next(iter(winches))
+    shown_input = names.get(options.input, options.input) or next(iter(winches))
     number_of("--input", shown_input, [*winches, *references, *OF_WIND])  # SceneError for an unknown input
     output_number = number_of("--output", options.output, outputs) if options.output else 0
     if shown_input in references and not options.output:

@@ -16,6 +16,7 @@ from cablestudy.scene.words import counted
 from cablestudy.study.ssm_tables import Curve
 from cablestudy.study.table import write_whole
 from cablestudy.study.tolerances import STUDY
+from cablestudy.system.linear import LinearSystem
 
 KINDS = {"inplane": "in-plane", "outofplane": "out-of-plane", "axial": "axial"}
 
@@ -88,6 +89,11 @@ def number_of(option, name, names):
     return list(names).index(name)
 
 
+def force_at(name):
+    """Name of the force on an end, such as CABLE.force_end_1_x, from that of its movement; other names as they are."""
+    return re.sub(r"(^|\.)(end_[12]_[xyz])$", r"\1force_\2", name)
+
+
 def pairs_of(options, inputs, outputs, first=0, prefix=""):
     """Combine each output that the user names with each input that the user names, as indices.
 
@@ -115,8 +121,10 @@ def pairs_of(options, inputs, outputs, first=0, prefix=""):
 
     def indices(option, chosen, labels):
         """Indices of the names that are chosen by an option, among all labels (name, unit); `first` without any."""
-        names = [name for name, _unit in labels]
-        return [number_of(option, name.removeprefix(prefix), names) for name in chosen] or [first]
+        names, chosen = [name for name, _unit in labels], [name.removeprefix(prefix) for name in chosen]
+        if option == "--output":
+            chosen = [name if name in names else force_at(name) for name in chosen]
+        return [number_of(option, name, names) for name in chosen] or [first]
 
     output_indices = indices("--output", options.outputs, outputs)
     input_indices = indices("--input", options.inputs, inputs)
@@ -129,6 +137,8 @@ class Choice:
     Subclasses add `options`, `case`, all `modes`, and `chosen`, the indices of those kept; `response`, the frequency
     response for a pair of indices of output and input; and `shown`, the system with these inputs and outputs.
     """
+
+    title = None  # of a picture of its responses, where their names do not say it
 
     @property
     def inputs(self):
@@ -158,13 +168,7 @@ class Choice:
 
     def curves(self):
         """List of `Curve`: each output over each input."""
-        found = []
-        for output, input_ in self.pairs:
-            (above, above_unit), (below, below_unit) = self.outputs[output], self.inputs[input_]
-            name = f"{above}_over_{below}" if len(self.pairs) > 1 else ""
-            value = partial(self.response, (output, input_))
-            found.append(Curve(name, self.label(above, below), response_unit(above_unit, below_unit), value))
-        return found
+        return curves_between(self, self.pairs, self.response, self.label)
 
     def left_out(self, share):
         """A line on the modes that are not chosen: how many, how much of the inertia of the first pair they carry.
@@ -181,6 +185,31 @@ class Choice:
             f"(no error of a response is stated: more modes show it); "
             f"{'its' if count == 1 else 'their'} static part is {static}"
         )
+
+
+def curves_between(system, pairs, response, label=Choice.label):
+    """List of `Curve` for pairs of indices (output, input), of a `Choice` or a `StateSpace`.
+
+    `response` is a function of such a pair and frequencies [Hz], `label` one of the names of output and input.
+    """
+    found = []
+    for output, input_ in pairs:
+        (above, above_unit), (below, below_unit) = system.outputs[output], system.inputs[input_]
+        name = f"{above}_over_{below}" if len(pairs) > 1 else ""
+        value = partial(response, (output, input_))
+        found.append(Curve(name, label(above, below), response_unit(above_unit, below_unit), value))
+    return found
+
+
+def response_of(system, pair, frequency):
+    """An output of a `StateSpace` for a unit of an input, by a pair of their indices, shape (m,), at frequencies [Hz].
+
+    Not finite at a pole.
+    """
+    none = np.zeros(system.a.shape)
+    b, c = (system.b, 0 * system.b, 0 * system.b), (system.c, 0 * system.c, 0 * system.c)
+    of_first_order = LinearSystem(none, np.eye(len(none)), -system.a, b, c=c, d=(system.d, *system.derivatives))
+    return of_first_order.response(*pair, frequency)
 
 
 def response_unit(above, below):
@@ -251,10 +280,9 @@ def viscous_note(dampings):
         )
 
 
-def check_channel(options, use="for --response, --error and --out only", shown=(None, None)):
-    """Refuse options --input and --output that name others than those `shown`; `use` says what they are for."""
-    for name, given, default in zip(("input", "output"), (options.input, options.output), shown, strict=True):
-        refuse_options({f"--{name}": given != default and given}, use)
+def check_channel(options):
+    """Refuse options --input and --output where no response, error or file refers to them: SceneError."""
+    refuse_options({"--input": options.input, "--output": options.output}, "for --response, --error and --out only")
 
 
 def fewest_modes(share, allowed, error, which, names):
@@ -309,8 +337,7 @@ def exported(system, options):
 def named_channels(options, input_names, output_names):
     """Indices of the inputs and of the outputs that options name; SceneError for one that is not among these names."""
     inputs = [number_of("--input", name, input_names) for name in options.inputs]
-    outputs = [f"force_{name}" if f"force_{name}" in output_names else name for name in options.outputs]
-    return inputs, [number_of("--output", name, output_names) for name in outputs]
+    return inputs, [number_of("--output", force_at(name), output_names) for name in options.outputs]
 
 
 def improper_note(system):

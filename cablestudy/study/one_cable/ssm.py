@@ -1,27 +1,42 @@
 """The cable of a scene as a state space: which modes are kept, and the gondola or winch loop that is attached."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 import numpy as np
 
 from cablestudy.control.one_cable import channel_names, state_space
 from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError
+from cablestudy.scene import one_cable
 from cablestudy.study.column import require
 from cablestudy.study.loop_report import LOOP_KEYS, unstable
 from cablestudy.study.notes import DAMPING_IN_STATE_SPACES, assumed_damping, strength_warning
 from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.case_modes import modes, notes_on_errors
 from cablestudy.study.one_cable.report import PARTICIPATION, modes_as_rows
-from cablestudy.study.ssm import Choice, StateSpaceOptions, check_channel, fewest_modes, named_channels, pairs_of
+from cablestudy.study.ssm import (
+    Choice,
+    StateSpaceOptions,
+    check_channel,
+    curves_between,
+    fewest_modes,
+    named_channels,
+    pairs_of,
+    response_of,
+)
 from cablestudy.study.ssm_tables import Curve
 from cablestudy.study.table import Field
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.superelement import GONDOLA, GROUND, NAMES
 
 NEEDS = {None: (), "gondola": ("gondola",), "loop": LOOP_KEYS}  # keys of the scene
-# input and output of the response with a gondola
+# input and output of the usual response
 SHOWN = {"gondola": ("winch", "gondola_position"), "loop": ("force_gondola", "gondola_position")}
+# name of an input or output in a suspension -> its name here
+OF_SUSPENSIONS = one_cable.NAMES | {
+    f"{one_cable.GONDOLA}.force_x": SHOWN["loop"][0],
+    f"{one_cable.GONDOLA}.x": SHOWN["loop"][1],
+}
 LOCATIONS = {"ground": "A, winch on the ground", "gondola": "B, winch on the gondola"}
 
 
@@ -109,11 +124,27 @@ class CableChoice(Choice):
         }
         return modes_as_rows(self.case, self.modes, self.chosen, more)
 
+    @property
+    def _usual(self):
+        """What is attached, where its usual response is shown and no other one is named: "gondola", "loop" or None."""
+        options, attached = self.options, self.options.attached
+        usual = attached and zip((options.input, options.output), SHOWN[attached], strict=True)
+        return attached if attached and all(name in (None, own) for name, own in usual) else None
+
+    @property
+    def title(self):
+        """Title of a picture of the usual responses with a gondola."""
+        return "gondola position over winch movement" if self._usual == "gondola" else None
+
     def curves(self):
-        """List of `Curve` of one unit: A and B with a gondola, x/F with a loop, else force over displacement."""
-        if self.options.attached == "gondola":
+        """List of `Curve`: those named; by default A and B with a gondola, x/F with a loop, else force on an end."""
+        if self.options.attached and not self._usual:
+            system = self.system()
+            pairs = pairs_of(self.options, system.inputs, system.outputs)
+            return curves_between(system, pairs, partial(response_of, system))
+        if self._usual == "gondola":
             return [Curve(name, label, "", partial(self._by_winch, name)) for name, label in LOCATIONS.items()]
-        if self.options.attached == "loop":
+        if self._usual == "loop":
             return [Curve("", "gondola position over the force on it, loop closed", "m/N", self._by_force)]
         return super().curves()
 
@@ -202,13 +233,18 @@ def check_options(options, responds, out):
     out : str or None
         File that the state space is written to.
     """
-    if out or options.error is not None:
-        return
-    if not responds:
+    if not (out or options.error is not None or responds):
         check_channel(options)
-    elif options.attached:
-        shown = SHOWN[options.attached]
-        check_channel(options, f"--with {options.attached} shows the response from {shown[0]} to {shown[1]}", shown)
+
+
+def with_own_names(options):
+    """`StateSpaceOptions` with the names of one cable in place of those that suspensions have for the same."""
+
+    def own(names):
+        own_names = (OF_SUSPENSIONS.get(name, name.removeprefix(f"{one_cable.CABLE}.")) for name in names)
+        return ",".join(own_names) or None
+
+    return replace(options, input=own(options.inputs), output=own(options.outputs))
 
 
 def choose(document, scene, options, highest=None):
@@ -241,6 +277,7 @@ def choose(document, scene, options, highest=None):
     NoSolutionError, ConvergenceError
         There are no such modes, or not to the accuracy.
     """
+    options = with_own_names(options)
     _ = _pairs_of_ends(options)  # raises SceneError
     attached = options.attached
     require(document, scene, NEEDS[attached], f"ssm --with {attached}")

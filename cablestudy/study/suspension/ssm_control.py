@@ -15,13 +15,12 @@ from cablestudy.motion.tolerances import MOTION
 from cablestudy.scene.words import counted
 from cablestudy.study.column import require
 from cablestudy.study.loop_report import unstable
-from cablestudy.study.ssm import Choice, StateSpaceOptions, named_channels
+from cablestudy.study.ssm import Choice, StateSpaceOptions, named_channels, response_of
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.notes import damping_notes, law_notes, notes_of, strength_warning
 from cablestudy.study.suspension.report import mode_table
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.coupled import Layout
-from cablestudy.system.linear import LinearSystem
 
 NEEDS = {"loop": "control", "actuators": "actuators"}  # keys of the scene
 
@@ -96,10 +95,7 @@ class ControlledChoice(CoupledChoice):
 
     def response(self, pair, frequency):
         """The output of a pair for a unit of its input, shape (m,), at frequencies [Hz]."""
-        found, none = self.reduced, np.zeros((len(self.reduced.a),) * 2)
-        b, c = (found.b, 0 * found.b, 0 * found.b), (found.c, 0 * found.c, 0 * found.c)
-        system = LinearSystem(none, np.eye(len(none)), -found.a, b, c=c, d=(found.d, *found.derivatives))
-        return system.response(*pair, frequency)
+        return response_of(self.reduced, pair, frequency)
 
     @property
     def notes(self):
