@@ -11,7 +11,7 @@ from suspension_scenes import hung, platform, suspension
 from cablestudy.cable.damping import Damping
 from cablestudy.control import export, statespace
 from cablestudy.control.suspension import Marker, suspension_system
-from cablestudy.control.winches import FROM, TO, Winch
+from cablestudy.control.winches import FROM, TO, EndMovement, Winch
 from cablestudy.errors import NoSolutionError
 from cablestudy.statics.suspension import GROUND, outward_tangents
 from cablestudy.system.cables import Models
@@ -147,6 +147,36 @@ def test_the_static_gain_of_a_carriage_is_that_of_equilibria_with_the_end_elsewh
     expected = (forward - back) / (2 * step)
     assert found[:9] == pytest.approx(expected[:9], abs=1e-7)
     assert found[9:] == pytest.approx(expected[9:], abs=1e-6 * np.abs(expected[9:]).max())
+
+
+@pytest.mark.parametrize("time", [0.0, 3e-4])
+def test_forces_on_moved_ends_are_those_of_dense_bars(time):
+    """Fixed ends of two cables moved along x, y and z: what holds them, what the body does, and the tensions."""
+    state, frequency = platform(), [1e-3, 1.0698, 8.0]
+    damping = Damping("kelvin_voigt" if time else "modal", time=time, viscous=0.02)
+    fixed = [place for place in [(0, FROM), (3, FROM)] if state.suspension.owner[place] == GROUND]
+    assert len(fixed) == 2
+    system = state_space(*model(state, damping), [EndMovement(*place, axis) for place in fixed for axis in np.eye(3)])
+    ends = [f"{state.suspension.cable_names[cable]}.end_1_{axis}" for cable, _ in fixed for axis in "xyz"]
+    assert names(system.inputs)[:6] == ends
+    assert names(system.outputs)[6:12] == [end.replace("end", "force_end") for end in ends]
+    found = system.response(2j * np.pi * np.array(frequency), derivatives=True)[:, :, :6]
+    reference, tangent = eight_bars(state), outward_tangents(state)[0]
+    for value, s in zip(found, 2j * np.pi * np.array(frequency), strict=True):
+        balance, right = reference.K + s**2 * reference.M + time * s * reference.elastic, 0
+        dynamic = []
+        for (K, M, E), move in zip(reference.cables, reference.maps, strict=True):
+            balance = balance + 0.02 / 0.3 * s * move.T @ M @ move
+            dynamic.append(K + (s**2 + 0.02 / 0.3 * s) * M + time * s * E)
+        imposed = [np.zeros((len(one), 6)) for one in dynamic]
+        for column, (cable, _) in enumerate(fixed):
+            imposed[cable][:3, 3 * column : 3 * column + 3] = np.eye(3)
+            right = right - reference.maps[cable].T @ dynamic[cable] @ imposed[cable]
+        x = np.linalg.solve(balance, right)
+        forces = [D @ (move @ x + u) for D, move, u in zip(dynamic, reference.maps, imposed, strict=True)]
+        tensions = [[t[0] @ force[:3], t[1] @ force[-3:]] for t, force in zip(tangent, forces, strict=True)]
+        expected = [x[-6:], *(forces[cable][:3] for cable, _ in fixed), *tensions]
+        agree(value, np.concatenate(expected), 1e-8)
 
 
 def outputs_about(state, other):

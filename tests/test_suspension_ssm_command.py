@@ -458,10 +458,34 @@ def test_a_cable_between_fixed_ends():
     run("ssm", "wound.yaml", "--upto", "0.1Hz", "--out", "none.json")
     assert read("none.json")["D"].shape == (2, 1)
     assert len(table("wound.yaml", "--upto", "0.1Hz", "--response", "1:2:3")) == 3
-    done = run("ssm", "held.yaml", code=3)
-    assert done.lines == [
-        "held.yaml: a state space needs an input: one of the winches, or a body or point that is free"
-    ]
+    # without a winch its ends are the inputs, as of one cable
+    for name in ("held", "alone"):
+        run("ssm", f"{name}.yaml", *exact, "--modes", 7, "--wind", "--out", f"{name}.json")
+    twin, one = read("held.json"), read("alone.json")
+    assert twin["InputName"] == [f"c.{name}" for name in one["InputName"]]
+    assert twin["OutputName"] == [*(f"c.{name}" for name in one["OutputName"]), "c.tension_from", "c.tension_to"]
+    for frequency in (1.0, 20.0, 500.0):
+        found, expected = (response(file, frequency)[:6, :6] for file in (twin, one))
+        agree(found, expected, 1e-9)
+        agree(response(twin, frequency)[[6, 7], :6], [[-1], [1]] * expected[[0, 3]], 1e-3)  # but for the sag
+    agree(response(twin, 0.0)[:6, 6:], response(one, 0.0)[:, 6:], 1e-9)  # forces on nodes
+    (low, *_) = table("held.yaml", *exact, "--response", "1:2:2", "--input", "c.end_1_x", "--output", "c.end_2_x")
+    assert low["magnitude_N_per_m"] == pytest.approx(abs(response(twin, 1.0)[3, 0]), rel=1e-4)
+
+
+def test_an_end_beside_winches_is_an_input_where_it_is_named():
+    """Of a mass between two springs, with ground and mass at the ends of the left one."""
+    command = ("ssm", written(BETWEEN), "--set", "cable.damping.ratio=0", "--out", "few.json")
+    run(*command, "--input", "left.end_1_x,winch.right", "--output", "mass.x,left.end_1_x")
+    found = read("few.json")
+    assert (found["InputName"], found["OutputName"]) == (
+        ["left.end_1_x", "winch.right"],
+        ["mass.x", "left.force_end_1_x"],
+    )
+    stiffness = LEFT + RIGHT - 3 * (2 * np.pi * 10.0) ** 2
+    x = np.array([LEFT, 1.005 * RIGHT]) / stiffness
+    agree(response(found, 10.0), np.array([x, LEFT * (np.array([1, 0]) - x)]), 1e-6)
+    assert "--input left.end_2_x: unknown" in run(*command, "--input", "left.end_2_x", code=2).err
 
 
 # ---------------------------------------------------------------------------------------------- pictures of modes

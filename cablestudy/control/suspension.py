@@ -7,7 +7,7 @@ import numpy as np
 from cablestudy.cable.matrices import dense
 from cablestudy.cable.records import stack, with_arrays
 from cablestudy.control.tolerances import CONTROL
-from cablestudy.control.winches import ENDS, WinchedEnds
+from cablestudy.control.winches import ENDS, EndMovement, WinchedEnds
 from cablestudy.errors import NoSolutionError
 from cablestudy.statics.rigid import cross_matrix
 from cablestudy.statics.suspension import AXES
@@ -39,7 +39,7 @@ class SystemParts:
     kept : list of ReducedCable
         Modes and residual vectors of each cable that are coordinates.
     winches : sequence of Winch
-        Winches that reel in cables, or move their ends.
+        Winches that reel in cables, or move their ends; and movements of fixed ends.
     markers : sequence of Marker
         Places on bodies whose displacements are outputs.
     midspans : sequence of ndarray, shape (3, k)
@@ -111,12 +111,14 @@ def suspension_systems(parts):
         Of n rows, with dense matrices. Its coordinates are the modal amplitudes of all cables, then the free
         displacements of bodies and points.
 
-        Inputs: `winch.CABLE`, the length reeled in or the displacement of the end [m]; then, for each free displacement
-        of a body, its load, one of `BODY.force_x` to `BODY.moment_z` at the reference point [N], [N m].
+        Inputs: `winch.CABLE`, the length reeled in or the displacement of the end [m]; `CABLE.end_1_x` and so on, the
+        displacement of a fixed end [m]; then, for each free displacement of a body, its load, one of `BODY.force_x` to
+        `BODY.moment_z` at the reference point [N], [N m].
 
         Outputs: the free displacements of bodies, `BODY.MARKER.x` and so on, `CABLE.midspan.x` and so on [m], [rad];
-        `LINK.force`, `CABLE.tension_from`, `CABLE.tension_to` [N]. In a state space displacements need no derivatives
-        of inputs; tensions at ends that winches move do.
+        `LINK.force`; `CABLE.force_end_1_x` and so on, which holds a fixed end whose movement is an input;
+        `CABLE.tension_from`, `CABLE.tension_to` [N]. In a state space displacements need no derivatives of inputs;
+        forces and tensions at ends that are moved do.
 
     Notes
     -----
@@ -188,12 +190,13 @@ def labels(layout, winches=(), markers=(), midspans=False):
     """Name and unit of each input and each output of `suspension_systems`, mid-spans among them or not: two tuples."""
     suspension = layout.equilibrium.suspension
     cables, bodies = suspension.cable_names, suspension.body_names
-    reeled = [(f"winch.{cables[winch.cable]}", "m") for winch in winches]
+    reeled = [(winch.name(cables), "m") for winch in winches]
     inputs = (*reeled, *_of_bodies(layout, LOADS, LOAD_UNITS))
     points = [f"{bodies[marker.body]}.{marker.name}" for marker in markers]
     points += [f"{cable}.midspan" for cable in cables if midspans]
     of_points = [(f"{point}.{axis}", "m") for point in points for axis in "xyz"]
     forces = [f"{link}.force" for link in suspension.link_names]
+    forces += [winch.force(cables) for winch in winches if isinstance(winch, EndMovement)]
     forces += [f"{cable}.tension_{end}" for cable in cables for end in ENDS]
     outputs = (*_of_bodies(layout, AXES, LENGTHS), *of_points, *((force, "N") for force in forces))
     return inputs, outputs
@@ -213,9 +216,9 @@ def _outputs(parts, matrices, connection, ends):
     """C0, C1, C2 and D0, D1, D2 of n suspensions, shapes (n, o, N) and (n, o, i), by the derivatives of z and of v.
 
     z are the N coordinates and v the lengths that i winches reel in. The o outputs are displacements of bodies, of
-    markers and at mid-spans, then forces of links, then tensions. C0 and D0 are complex where damping is hysteretic.
-    `matrices` are M, C and K of each cable, for its modes and then its six end displacements; `connection`, shape (n, 6
-    c, d), is G: the displacements of the ends of all cables per free displacement.
+    markers and at mid-spans, then forces of links and on moved ends, then tensions. C0 and D0 are complex where damping
+    is hysteretic. `matrices` are M, C and K of each cable, for its modes and then its six end displacements;
+    `connection`, shape (n, 6 c, d), is G: the displacements of the ends of all cables per free displacement.
     """
     layouts, winches = [row.layout for row in parts], ends.movements.shape[-1]
     modal = sum(stiffness.shape[-1] - 6 for *_, stiffness in matrices)
@@ -234,6 +237,12 @@ def _outputs(parts, matrices, connection, ends):
         stiffness, damping, elongation = _of_links(layouts)
         factors = stiffness, damping, np.zeros_like(damping)
         outputs.append([by_bodies(factor[..., None] * elongation) for factor in factors])
+    moved = [winch for winch in parts[0].winches if isinstance(winch, EndMovement)]
+    if moved:
+        sides = np.broadcast_to(np.eye(6), (len(parts), len(matrices), 6, 6))
+        rows = [6 * one.cable + 3 * one.end + int(np.argmax(one.direction)) for one in moved]
+        of_ends = _end_forces(sides, matrices, connection, ends, modal)
+        outputs.append([(c[:, rows], d[:, rows]) for c, d in of_ends])
     outputs.append(_tensions(matrices, connection, ends, modal))
     c = tuple(np.concatenate([part[order][0] for part in outputs], axis=1) for order in range(3))
     d = tuple(np.concatenate([part[order][1] for part in outputs], axis=1) for order in range(3))
@@ -288,14 +297,23 @@ def _of_cables(of_each, connection, movements, modal):
 def _tensions(matrices, connection, ends, modal):
     """C_j and D_j, j = 0, 1, 2, of the tensions at both ends of all c cables, shapes (n, 2 c, N) and (n, 2 c, i): list.
 
-    A tension is the component, along the outward unit tangent t, of the force on an end of the cable. With the modes q
-    of a cable, its end displacements u = G x + H v and its matrices A = K, C, M for j = 0, 1, 2, the j-th derivatives
-    of q, x and v add t^T (A_uq q + A_uu u). A winch takes the weight of the length v off its own end: the component of
-    this force (`ends.lifted`) along t is subtracted from D_0. `modal` is the number of modal amplitudes of all cables;
-    other arguments are those of `_outputs`.
+    A tension is the component, along the outward unit tangent t, of the force on an end of the cable; arguments are
+    those of `_end_forces`.
     """
     along = np.zeros((*ends.direction.shape[:-1], 6))  # from forces on both ends of each cable to tensions
     along[..., 0, :3], along[..., 1, 3:] = ends.direction[..., 0, :], ends.direction[..., 1, :]
+    return _end_forces(along, matrices, connection, ends, modal)
+
+
+def _end_forces(along, matrices, connection, ends, modal):
+    """C_j and D_j, j = 0, 1, 2, of components of the forces on the ends of all c cables: list.
+
+    With the modes q of a cable, its end displacements u = G x + H v and its matrices A = K, C, M for j = 0, 1, 2, the
+    j-th derivatives of q, x and v add A_uq q + A_uu u to the forces. A winch takes the weight of the length v off its
+    own end: this force (`ends.lifted`) is subtracted in D_0. `along`, shape (n, c, r, 6), has r components of each
+    cable, by the forces on its two ends; `modal` is the number of modal amplitudes of all cables; other arguments are
+    those of `_outputs`.
+    """
     found = []
     for matrix in (2, 1, 0):  # stiffness, damping, mass
         forces = [along[:, cable] @ of_cable[matrix][:, -6:] for cable, of_cable in enumerate(matrices)]

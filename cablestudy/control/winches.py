@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cablestudy.statics.suspension import GROUND, tangents
+from cablestudy.system.superelement import NAMES
 
 ENDS = ("from", "to")
 FROM, TO = 0, 1
@@ -23,6 +24,27 @@ class Winch:
     cable: int
     end: int = FROM  # FROM or TO
     direction: np.ndarray | None = None  # unit vector along which it moves the end, global axes; None reels in [-]
+
+    def name(self, cables):
+        """Name of its input of a linear system, from the names of all cables."""
+        return f"winch.{cables[self.cable]}"
+
+
+class EndMovement(Winch):
+    """Movement of a fixed end of a cable along x, y or z."""
+
+    def name(self, cables):
+        """Name of the movement as an input of a linear system, from the names of all cables."""
+        return f"{cables[self.cable]}.{self._name_of_end}"
+
+    def force(self, cables):
+        """Name of the force that holds the end along the same axis."""
+        return f"{cables[self.cable]}.force_{self._name_of_end}"
+
+    @property
+    def _name_of_end(self):
+        """Name of end and axis, such as end_1_x, as of one cable."""
+        return NAMES[3 * self.end + int(np.argmax(self.direction))]
 
 
 class WinchedEnds:

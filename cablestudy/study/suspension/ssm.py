@@ -7,10 +7,12 @@ import numpy as np
 
 from cablestudy.control.statespace import state_space_of
 from cablestudy.control.suspension import labels, suspension_system
+from cablestudy.control.winches import EndMovement
 from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError, refuse_options
 from cablestudy.motion.plant import markers_of, winches_of
 from cablestudy.motion.tolerances import MOTION
 from cablestudy.scene.words import counted
+from cablestudy.statics.suspension import GROUND
 from cablestudy.study.ssm import check_channel, fewest_modes, pairs_of, response_unit
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.notes import damping_notes, notes_of, strength_warning, unknown_damping_ratios
@@ -19,6 +21,7 @@ from cablestudy.study.suspension.ssm_control import CoupledChoice, choose_contro
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.coupled import Layout
 from cablestudy.system.modal_reduction import inertia_shares, keep_modes, truncate_modes
+from cablestudy.system.superelement import NAMES
 from cablestudy.wind.strips import coordinate_amplitudes, nodal_shapes
 
 
@@ -61,7 +64,7 @@ class SuspensionChoice(CoupledChoice):
             *mode_notes(self.case, self.found, int(max(self.chosen, default=-1)) + 1),
             *unknown_damping_ratios(self.found),
             self.left_out(self.share),
-            "not in A, B, C, D: the direct effect of velocity and acceleration of winches and forces on tensions"
+            "not in A, B, C, D: the direct effect of velocity and acceleration of inputs on tensions and forces on ends"
             " (D1 and D2 of the file)",
             *([] if self.case.scene.winches else ["winches: the scene names none, and no cable is reeled in"]),
             *damping_notes(self.case.scene),
@@ -131,9 +134,11 @@ def choose(document, scene, options, highest=None):
             raise SceneError("--wind: of a suspension without actuators and loop only")
         return choose_controlled(document, scene, options, highest)
     case = SuspensionCase(scene)
-    inputs, outputs = labels(Layout(case.equilibrium), *_winches_and_markers(case))
-    if not inputs and not options.wind:
-        raise NoSolutionError("a state space needs an input: one of the winches, or a body or point that is free")
+    inputs, outputs = labels(Layout(case.equilibrium), *_winches_and_markers(case, options))
+    if not inputs:
+        raise NoSolutionError(
+            "a state space needs an input: a winch, an end of a cable, or a body or point that is free"
+        )
     if not options.wind:
         pairs_of(options, inputs, outputs)  # raises SceneError before anything is computed
     if options.error is not None:
@@ -162,7 +167,7 @@ def _lowest_modes(case, count, highest):
 
 def _choice(case, options, found, chosen, highest):
     """The `SuspensionChoice` of some of the modes `found`; `chosen` are their indices, from 0."""
-    return SuspensionChoice(options, case, highest, found, linear_model(case, found.damped, options.wind), chosen)
+    return SuspensionChoice(options, case, highest, found, linear_model(case, found.damped, options), chosen)
 
 
 def _choose_fewest(case, options, highest):
@@ -208,13 +213,30 @@ def _choose_fewest(case, options, highest):
         return replace(choice, chosen=chosen)
 
 
-def _winches_and_markers(case):
-    """Winches and markers of the scene, as the linear model takes them: lists of Winch and of Marker."""
-    return winches_of(case.scene, list(case.scene.cables)), markers_of(case.scene)
+def _winches_and_markers(case, options):
+    """Winches and markers of the scene, as the linear model takes them: lists of Winch and of Marker.
+
+    Movements of the fixed ends of cables are among the winches where the options name one of them, or the force that
+    holds one, and where nothing else is an input.
+    """
+    scene, suspension = case.scene, case.equilibrium.suspension
+    cables, named = list(scene.cables), {*options.inputs, *options.outputs}
+    winches, ends = winches_of(scene, cables), _movements_of_ends(suspension)
+    is_named = any(named & {end.name(cables), end.force(cables)} for end in ends)
+    if is_named or not (winches or suspension.free.any()):
+        winches = winches + ends
+    return winches, markers_of(scene)
 
 
-def linear_model(case, found, nodes=False):
-    """`LinearSystem` from the winches of the scene and forces on its bodies to displacements and tensions.
+def _movements_of_ends(suspension):
+    """Movements along x, y and z of all ends of cables that are fixed, also on bodies that are held: list."""
+    owner = suspension.owner[suspension.of_cables]
+    fixed = (owner == GROUND) | ~suspension.free.any(axis=1)[owner] if len(suspension.free) else owner == GROUND
+    return [EndMovement(*place, axis) for place in np.argwhere(fixed).tolist() for axis in np.eye(3)]
+
+
+def linear_model(case, found, options):
+    """`LinearSystem` from winches or moved ends and forces on bodies to displacements, forces on ends and tensions.
 
     Hysteretic damping is viscous in it, as a state space needs.
 
@@ -223,18 +245,18 @@ def linear_model(case, found, nodes=False):
     case : SuspensionCase
     found : CoupledModes
         Of which it has the coordinates.
-    nodes : bool
-        Whether forces on the nodes of the cables are inputs too.
+    options : StateSpaceOptions
+        The names of inputs and outputs; and whether forces on the nodes of the cables (`wind`) are inputs too.
     """
-    system = suspension_system(found.layout, found.kept, *_winches_and_markers(case)).viscous()
-    return with_node_forces(system, found.layout, found.model.coordinates) if nodes else system
+    system = suspension_system(found.layout, found.kept, *_winches_and_markers(case, options)).viscous()
+    return with_node_forces(system, found.layout, found.model.coordinates) if options.wind else system
 
 
 def with_node_forces(system, layout, coordinates):
     """Add forces on the inner nodes of the cables, for wind that varies along them, to the inputs of a linear system.
 
-    While nothing moves, the two ends of a cable carry these forces, which changes its tensions directly: the change is
-    in the matrix D of the system (see `strips.coordinate_amplitudes`).
+    While nothing moves, the two ends of a cable carry these forces, which changes its tensions and the forces that hold
+    its ends directly: the change is in the matrix D of the system (see `strips.coordinate_amplitudes`).
 
     Parameters
     ----------
@@ -256,14 +278,20 @@ def with_node_forces(system, layout, coordinates):
         return system
     by_cable = coordinate_amplitudes(coordinates, layout, np.eye(len(system)), list(heavy[:, None]))
     forces, labels = [], []  # forces on the coordinates, then their decrease of the two tensions of each heavy cable
+    held, outputs = {}, [name for name, _ in system.outputs]  # index of a force on an end -> its decrease, and by which
     # shapes: displacements of the nodes of a cable by its modes, then by its ends, shape (p, 3, k)
     on_nodes = nodal_shapes(coordinates.models, coordinates.kept, heavy)
     for (cable, _, _, shapes), (of_cable,) in zip(on_nodes, by_cable, strict=True):
-        forces.append((shapes[1:-1].reshape(-1, shapes.shape[-1]) @ of_cable).T)
-        nodes = range(1, len(shapes) - 1)
+        nodes, shapes = range(1, len(shapes) - 1), shapes[1:-1].reshape(-1, shapes.shape[-1])
+        forces.append((shapes @ of_cable).T)
+        for name, decrease in zip(NAMES, shapes[:, -6:].T, strict=True):
+            if (output := f"{names[cable]}.force_{name}") in outputs:
+                held[outputs.index(output)] = slice(len(labels), len(labels) + len(shapes)), decrease
         labels += [(f"{names[cable]}.force_node_{node}_{axis}", "N") for node in nodes for axis in "xyz"]
     forces, decrease = np.split(np.concatenate(forces, axis=1), [len(system)])
     direct = np.zeros((len(system.outputs), forces.shape[1]))
     first_tension = len(direct) - 2 * len(names)
     direct[(first_tension + 2 * heavy[:, None] + np.arange(2)).ravel()] = -decrease
+    for row, (columns, load) in held.items():
+        direct[row, columns] = -load
     return system.with_forces(forces, labels, direct)
