@@ -208,6 +208,14 @@ def test_the_probability_to_go_slack_names_a_key_that_the_gondola_lacks():
     assert row.status == "slack_probability needs the key gondola.area, which this case does not have"
 
 
+def test_rows_without_the_wind_or_the_strength_that_others_have():
+    """Of a cable with fixed ends made of bars, and of a suspension."""
+    bare = scene("gondola=null", "winch=null", "model={elements: 9}")
+    rows = solve_all([bare, bare.model_copy(update={"wind": None})], ["tension_rms", "sag"])
+    assert [row.status for row in rows] == ["ok", "tension_rms needs the key wind, which this case does not have"]
+    assert all(row.values["sag"] > 0 for row in rows)
+
+
 def test_windrms_warns_of_a_slack_cable_and_of_motion_beyond_the_linear_range():
     stormy = run("windrms", CARLINA, "--set", "wind.speed=80 m/s")
     assert "warning: a cable goes slack in the wind" in stormy.err

@@ -166,7 +166,8 @@ class CableBatch(RowBatch):
         if not self.required.gondola:
             cases = [case for case in cases if not (case.exact_statics and case.damped_by_modes)]
         solve_lowest_modes([case for case in cases if case.scene.gondola is not None])
-        solve_lowest_modes([case for case in cases if case.scene.gondola is None])
+        bare = [case for case in cases if case.scene.gondola is None] if self.required.in_wind else []
+        solve_lowest_modes([case for case in bare if case.scene.wind and case.scene.wind_diameter])
 
     def finish(self, row):
         """Add the doubt that the cable goes slack in the wind; of many rows each drops its modes, to save memory."""
