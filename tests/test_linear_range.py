@@ -214,6 +214,11 @@ def test_rows_without_the_wind_or_the_strength_that_others_have():
     rows = solve_all([bare, bare.model_copy(update={"wind": None})], ["tension_rms", "sag"])
     assert [row.status for row in rows] == ["ok", "tension_rms needs the key wind, which this case does not have"]
     assert all(row.values["sag"] > 0 for row in rows)
+    text = hung(1) | {"wind": hung(1)["wind"] | {"length_scale": 25.0, "turbulence_intensity": 0.15}}
+    strong = text | {"cable": text["cable"] | {"strength": 1.5e9}}
+    rows = solve_all([strong, text], ["max_peak_utilisation"])
+    assert rows[0].status == "ok"
+    assert rows[1].status.startswith("max_peak_utilisation needs the strength or breaking_force of a cable")
 
 
 def test_windrms_warns_of_a_slack_cable_and_of_motion_beyond_the_linear_range():

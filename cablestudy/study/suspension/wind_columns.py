@@ -201,6 +201,8 @@ def _goes_slack(analysis, name):
 def _max_peak_utilisation(case):
     """Largest `peak_utilisation` of the cables whose breaking force is known, and its relative error."""
     names = [name for name, cable in case.scene.cables.items() if cable.section_breaking_force is not None]
+    if not names:
+        raise NoSolutionError("max_peak_utilisation needs the strength or breaking_force of a cable, and none has it")
     return max((tension_columns(name)[2].compute(case) for name in names), key=lambda pair: pair[0])
 
 
