@@ -8,12 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 import scipy.linalg
-from command import refused_in_one_line, rows_of, run, table_of, written
+from command import CARLINA, refused_in_one_line, rows_of, run, table_of, written
 from references import bar_suspension
 from scipy.io import loadmat
+from solved import contents
 from suspension_cases import SUSPENSIONS, case_at
 from suspension_scenes import platform
 from test_suspension_ssm import MARKERS, WINCHES, agree, by_bars, model
+from twins import held, without
 
 import cablestudy as cs
 from cablestudy import plots
@@ -21,6 +23,8 @@ from cablestudy.cable.damping import Damping
 from cablestudy.control.statespace import state_space_of
 from cablestudy.control.suspension import suspension_system
 from cablestudy.statics.suspension import outward_tangents
+from cablestudy.study.scene_kind import kind_of
+from cablestudy.study.ssm import StateSpaceOptions
 from cablestudy.study.suspension.ssm import with_node_forces
 from cablestudy.system.cables import Models
 from cablestudy.system.coupled import Layout
@@ -412,15 +416,11 @@ def test_what_is_assumed_is_said():
         ("--error 0.1 --output 1", "allowed: gondola.x, gondola.y,"),
         ("--input winch.lower1", "--input: no effect: for --response, --error and --out only"),
         ("--with gondola", "--with gondola: no effect: the bodies of a suspension are always attached"),
-        (
-            "--kinds axial",
-            "--kinds: no effect: in a coupled mode cables and bodies move in several planes: it is of no",
-        ),
-        ("--with loop --no-residual", "--no-residual: no effect: actuators and loop act on static shapes in addition"),
+        ("--kinds axial,sideways", "--kinds: unknown kind 'sideways'"),
+        ("--kinds axial --modes 500", "--modes 500: the model has "),
         ("--with loop --wind", "--wind: of a suspension without actuators and loop only"),
         ("--with loop", "control: missing key: 'cablestudy ssm --with loop' needs it"),
         ("--with actuators", "actuators: missing key: 'cablestudy ssm --with actuators' needs it"),
-        ("--with loop --error 0.1", "--error: no effect: with actuators or loop the lowest modes are kept"),
         ("--with actuators --plot a.png", "--plot: needs --response, which it draws"),
         ("--modes 3 --upto 2Hz", "exclude each other"),
         ("--plot bode.png", "--response"),
@@ -471,6 +471,31 @@ def test_a_cable_between_fixed_ends():
     agree(response(twin, 0.0)[:6, 6:], response(one, 0.0)[:, 6:], 1e-9)  # forces on nodes
     (low, *_) = table("held.yaml", *exact, "--response", "1:2:2", "--input", "c.end_1_x", "--output", "c.end_2_x")
     assert low["magnitude_N_per_m"] == pytest.approx(abs(response(twin, 1.0)[3, 0]), rel=1e-4)
+
+
+@pytest.mark.parametrize("options", [
+    {"kinds": "axial", "count": 3}, {"kinds": "inplane", "upto": "5 Hz", "residual": False},
+    {"kinds": "outofplane", "error": 0.1, "input": "cable.end_2_y", "output": "cable.end_2_y"},
+])  # fmt: skip
+@pytest.mark.parametrize("sets", [(), ("gravity=0",)])
+def test_modes_of_kinds_are_those_of_one_cable(options, sets):
+    """Without gravity modes in the plane and out of it have equal frequencies."""
+    scene = contents(CARLINA, "model={elements: 6, order: 3}", *sets)
+    scene = without(scene, "gondola", "winch", "wind", "correction", "exposure")
+    choices = []
+    for data in (scene, held(scene)):
+        read = cs.load(data)
+        chosen = kind_of(read.model).ssm.choose(read.document, read.model, StateSpaceOptions(**options))
+        choices.append((chosen.mode_table().rows, chosen.system().response([2j * np.pi, 50j], derivatives=True)))
+    (own, expected), (of_twin, found) = choices
+    assert [row["frequency_Hz"] for row in of_twin] == pytest.approx([row["frequency_Hz"] for row in own], rel=1e-9)
+    assert [row["moves"] for row in of_twin] == [f"cable {row['type']}" for row in own]
+    assert np.abs(found[:, :6] - expected).max() < 1e-9 * np.abs(expected).max()
+
+
+def test_modes_of_bodies_are_kept_with_those_of_kinds():
+    moves = [row["moves"] for row in table(BALLOON, "--kinds", "outofplane", "--upto", "0.9Hz")]
+    assert {name.split()[-1] for name in moves} == {"x", "y", "z", "cables", "out-of-plane"}
 
 
 def test_an_end_beside_winches_is_an_input_where_it_is_named():

@@ -1,10 +1,12 @@
 """State space of the closed loop of several winches and of actuators: against dense bars, and the command."""
 
+import json
 import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
+import scipy.linalg
 from command import CONFIGS, run, table_of, written
 from references.loop_matrix import notch
 from suspension_scenes import platform
@@ -210,6 +212,57 @@ def test_which_modes_are_kept(scene):
     assert len(kept()) >= 40
     done = run("ssm", scene, "--with", "loop", "--upto", "0.1Hz", code=3)
     assert re.fullmatch(r"scene.yaml: no mode is below 0.1 Hz; the lowest is at 0.58\d+ Hz", done.lines[0])
+
+
+@pytest.mark.parametrize(("options", "kept"), [
+    ({"count": 6, "kinds": "axial"}, None),
+    ({"count": 6, "kinds": "inplane", "residual": False}, None),
+    ({"upto": "3 Hz", "kinds": "outofplane"}, None),
+    ({"error": 0.02, "input": "reference.y", "output": "winch.u2"}, [1]),
+    ({"error": 0.02, "input": "gondola.force_z", "output": "u1.tension_to", "residual": False}, [0]),
+])  # fmt: skip
+def test_some_modes_with_the_loop_are_those_of_the_whole_model(options, kept):
+    """M, C, K and inputs in modes found here, and the static responses to the inputs, with the loop closed here."""
+    changes = {"model": {"elements": 3, "order": 3}, "cable.damping": {"model": "kelvin_voigt", "time": 0.003}}
+    changes |= {"control": {"gain": GAIN, "measured": ["x", "y", "z"], "notch": "none"}}
+    document, model = load_scene(NET, [f"{key}={json.dumps(value)}" for key, value in changes.items()])
+    choice = ssm.choose(document, model, StateSpaceOptions(attached="loop", **options))
+    case = SuspensionCase(model)
+    whole = ssm.linear_model(case, case.modes(400), StateSpaceOptions())
+    square, shapes = scipy.linalg.eigh(whole.stiffness, whole.mass)
+    assert choice.found.omega == pytest.approx(np.sqrt(square[: len(choice.found)]), rel=1e-9)
+    if kept:
+        assert choice.chosen.tolist() == kept
+
+    def plant(space, s):
+        d, b, c = (sum(s**k * part for k, part in enumerate(parts)) for parts in (whole.d, whole.b, whole.c))
+        balance = space.T @ (s**2 * whole.mass + s * whole.damping + whole.stiffness) @ space
+        return d + c @ space @ np.linalg.solve(balance, space.T @ b)
+
+    space, lower = shapes[:, choice.chosen] * np.sqrt(1 / square[choice.chosen]), np.linalg.cholesky(whole.stiffness)
+    if options.get("residual", True):  # static responses that do not move as the modes, of unit strain energy
+        static = lower.T @ np.linalg.solve(whole.stiffness, whole.b[0])
+        static = static / np.linalg.norm(static, axis=0)
+        others, size, _ = np.linalg.svd(static - lower.T @ space @ (lower.T @ space).T @ static, full_matrices=False)
+        space = np.hstack([space, np.linalg.solve(lower.T, others[:, size > 1e-7])])
+    allocation = np.linalg.pinv(plant(np.eye(len(square)), 0.0)[:3, :6].real)
+    points = 2j * np.pi * np.array([0.01, 0.3, 2.0, 9.0])
+    for found, s in zip(choice.system().response(points, derivatives=True), points, strict=True):
+        open_loop, controller = plant(space, s), -GAIN / s * allocation
+        inverse = np.linalg.inv(np.eye(6) - controller @ open_loop[:3, :6])
+        winches = inverse @ np.hstack([-controller, controller @ open_loop[:3, 6:]])
+        expected = open_loop[:, :6] @ winches
+        expected[:, 3:] += open_loop[:, 6:]
+        expected = np.vstack([expected, winches])
+        size = np.abs(expected).max(axis=1, keepdims=True).clip(1e-6)  # a mode may move nothing along an axis
+        assert np.abs(found - expected) / size == pytest.approx(np.zeros(expected.shape), abs=1e-6)
+
+
+def test_the_inertia_of_actuators_is_not_known(scene):
+    done = run("ssm", scene, "--with", "loop", "--error", 0.1, "--output", "damper.stroke", code=2)
+    assert done.lines[0].startswith("--error: no share of the inertia is known for --output damper.stroke")
+    done = run("ssm", scene, "--with", "loop", "--kinds", "axial", "--upto", "0.1Hz", code=3)
+    assert done.lines[0].startswith("scene.yaml: no axial mode is below 0.1 Hz; the lowest is at 0.58")
 
 
 def test_an_unstable_loop_is_written_with_a_warning(scene):

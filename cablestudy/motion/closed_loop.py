@@ -112,6 +112,10 @@ class ClosedLoop:
         plant = self.plant.with_all_modes
         return self if plant is self.plant else ClosedLoop(self.scene, plant)
 
+    def with_modes(self, chosen):
+        """Copy with some of its modes, by their indices from 0, and static responses in place of all others."""
+        return ClosedLoop(self.scene, replace(self.plant, modes=self.modes.take(chosen), driven=0, loops={}))
+
     @cached_property
     def with_twice_the_modes(self):
         """Copy with twice as many modes; None of stated elements, or where these are too many or cannot be computed."""

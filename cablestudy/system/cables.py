@@ -290,6 +290,16 @@ class Models:
             error[group.cable_indices] = group.ends.highest_energy(of_group, ends[group.cable_indices])
         return error / np.where(square > 0, square, 1.0)
 
+    def strain_energies(self, amplitudes, ends):
+        """Twice the elastic and the geometric energy of all cables in r motions of the suspension, shape (2, r). [J]
+
+        Arguments are those of `mesh_error`; cables without mass, which have no kind of motion, are left out.
+        """
+        energies = np.zeros((2, ends.shape[-1]))
+        for group, of_group in zip(self.groups, amplitudes, strict=True):
+            energies += group.ends.strain_energies(of_group, ends[group.cable_indices]).sum(axis=1)
+        return energies
+
     def nodes(self, amplitudes, ends):
         """Positions and displacements of the nodes of each of the c cables in r motions of the suspension.
 

@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.cable.plane_modes import runs_of
+from cablestudy.cable.records import with_computed
 from cablestudy.system.coupled_trial import RowModel
 from cablestudy.system.damped_pole import ratios_near
 from cablestudy.system.damping import damped_poles
@@ -305,6 +306,20 @@ class CoupledModes:
         return self._energy[1]
 
     @cached_property
+    def kinds(self):
+        """Kind of the motion of all cables in each mode, one of KINDS as of the modes of one cable: tuple of str.
+
+        Empty where a body, or the junctions together, have more of the kinetic energy than the cables, see `moves`.
+        """
+        cables = self.cable_energy.sum(axis=0)
+        _, out_of_plane, axial = cables > 0.5 * cables.sum(axis=0)
+        displacements, amplitudes = self.layout.bodies(self.shapes), self.model.coordinates.amplitudes(self.shapes)
+        elastic, geometric = self.models.strain_energies(amplitudes, self.layout.ends(displacements))
+        kinds = np.where(out_of_plane, KINDS[1], np.where(axial & (elastic > geometric), KINDS[2], KINDS[0]))
+        groups = self._energy_of_groups
+        return tuple(np.where(np.argmax(groups, axis=0) < len(groups) - 1, "", kinds).tolist())
+
+    @cached_property
     def cables(self):
         """Mesh and modes of each cable: tuple of `CableRecord`."""
         return tuple(_cable_record(self, cable, name) for cable, name in enumerate(self._cable_names))
@@ -326,12 +341,18 @@ class CoupledModes:
         """
         return tuple(self._name_of_largest(mode) for mode in range(len(self)))
 
+    @cached_property
+    def _energy_of_groups(self):
+        """Shares of each body, of the junctions together and of the cables together, rounded, shape (bodies + 2, k)."""
+        count, bodies = self.layout.equilibrium.suspension.bodies, self.body_energy.sum(axis=1)
+        groups = [*bodies[:count], bodies[count:].sum(axis=0), self.cable_energy.sum(axis=(0, 1))]
+        return np.round(groups, 9)
+
     def _name_of_largest(self, mode):
         """Name of what moves most in one mode, by its index, see `moves`: str."""
         suspension, energy = self.layout.equilibrium.suspension, self.body_energy[..., mode]
         body_names, count = suspension.body_names, suspension.bodies
-        groups = [*energy[:count].sum(axis=1), energy[count:].sum(), self.cable_energy[..., mode].sum()]
-        largest = int(np.argmax(np.round(groups, 9)))
+        largest = int(np.argmax(self._energy_of_groups[:, mode]))
         if largest < count:
             return _largest(body_names[largest : largest + 1], AXES, energy[largest : largest + 1], None)
         if largest == count:
@@ -374,13 +395,32 @@ def modes_of_row(trial, row, error, finer=None):
     coincident = _runs_within(np.where(np.isnan(error), rounding, error), omega)
     for run in coincident:
         error[run] = error[run].max() + omega[run][-1] / omega[run][0] - 1
-    number = np.arange(len(shapes))[:, None] + 1.0
-    for run in _runs_within(rounding, omega):
-        # combinations by the principal axes of the mean number of the coordinates that move
-        by_number = shapes[:, run].T @ (number * model.reduced.mass_times(shapes[:, run]))
-        shapes[:, run] = shapes[:, run] @ np.linalg.eigh(by_number + by_number.T)[1]
+    separate(shapes, _runs_within(rounding, omega), model.reduced.mass_times)
     numbers = tuple((run.start + 1, run.stop) for run in coincident)
     return CoupledModes(omega, error, numbers, model, shapes, truncation_error, finer)
+
+
+def separate(shapes, runs, mass_times):
+    """Combine the shapes of runs of modes that agree, in place: they move different coordinates as far as possible."""
+    number = np.arange(len(shapes))[:, None] + 1.0
+    for run in runs:
+        # combinations by the principal axes of the mean number of the coordinates that move
+        by_number = shapes[:, run].T @ (number * mass_times(shapes[:, run]))
+        shapes[:, run] = shapes[:, run] @ np.linalg.eigh(by_number + by_number.T)[1]
+
+
+def of_system(modes, system):
+    """`CoupledModes` of a `LinearSystem` in the coordinates of some, as many as these, and the system with them.
+
+    Modes of the system that agree within rounding are combined as in `modes_of_row`: its `strain_modes` then are these.
+    """
+    compliance, shapes = system.strain_modes
+    massive, shapes = compliance > 0, shapes.copy()
+    omega = 1 / np.sqrt(compliance[massive])
+    separate(shapes, _runs_within(np.full(len(omega), SYSTEM.frequency_rounding), omega), lambda v: system.mass @ v)
+    omega = omega[: len(modes)]
+    own = replace(modes, omega=omega, shapes=shapes[:, : len(omega)] * omega, finer=None, all_modes=None)
+    return own, with_computed(replace(system), strain_modes=(compliance, shapes))
 
 
 def _runs_within(error, omega):

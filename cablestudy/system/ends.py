@@ -125,6 +125,17 @@ class Ends:
         scale = unresolved_share(self.state.mesh.order) * np.asarray(self.state.force / dynamics.length)
         return scale[..., None] * energy
 
+    def strain_energies(self, amplitudes, ends):
+        """Twice the elastic and the geometric energy of motions of all cables, shape (2, ..., r). [J]
+
+        Arguments are those of `nodal_displacements`.
+        """
+        displacements, dynamics = self.nodal_displacements(amplitudes, ends), self._dynamics
+        energies = sum(
+            np.array(system.modal_energies(displacements[..., system.axes, :])) for system in dynamics.systems
+        )
+        return np.asarray(self.state.force / dynamics.length)[..., None] * energies
+
     def _holding_forces(self, amplitudes):
         """Forces on the nodes that hold the amplitudes of modes, W^2 M psi of each; shape (..., nodes, 3, r).
 

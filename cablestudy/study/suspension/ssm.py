@@ -8,18 +8,18 @@ import numpy as np
 from cablestudy.control.statespace import state_space_of
 from cablestudy.control.suspension import labels, suspension_system
 from cablestudy.control.winches import EndMovement
-from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError, refuse_options
+from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError
 from cablestudy.motion.plant import markers_of, winches_of
 from cablestudy.motion.tolerances import MOTION
-from cablestudy.scene.words import counted
 from cablestudy.statics.suspension import GROUND
-from cablestudy.study.ssm import check_channel, fewest_modes, pairs_of, response_unit
+from cablestudy.study.ssm import check_channel, pairs_of
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.notes import damping_notes, notes_of, strength_warning, unknown_damping_ratios
 from cablestudy.study.suspension.report import mode_notes
-from cablestudy.study.suspension.ssm_control import CoupledChoice, choose_controlled
+from cablestudy.study.suspension.ssm_control import CoupledChoice, choose_controlled, chosen_modes
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.coupled import Layout
+from cablestudy.system.coupled_solution import of_system
 from cablestudy.system.modal_reduction import inertia_shares, keep_modes, truncate_modes
 from cablestudy.system.superelement import NAMES
 from cablestudy.wind.strips import coordinate_amplitudes, nodal_shapes
@@ -73,29 +73,12 @@ class SuspensionChoice(CoupledChoice):
     @property
     def warnings(self):
         """A stress above the strength, a response beyond the modes kept: list of str."""
-        return [*strength_warning(self.case), *self._truncated(), *self._response_beyond()]
-
-    def _truncated(self):
-        """Yield a warning, at most one: the static response of the first pair as truncated, and the right one."""
-        if self.options.residual:
-            return
-        (output, input_), still, (below, above) = self.pairs[0], np.zeros(1), self.names
-        wrong, right = (float(one.response(output, input_, still)[0].real) for one in (self.reduced, self.whole))
-        unit = response_unit(self.whole.outputs[output][1], self.whole.inputs[input_][1])
-        yield (
-            "warning: --no-residual leaves out the static part of the omitted modes: static response of "
-            f"{above} to {below} {wrong:.5g} {unit} instead of {right:.5g} {unit}".replace("  ", " ").rstrip()
-        )
+        truncated = self._truncated(lambda pair, frequency: self.whole.response(*pair, frequency))
+        return [*strength_warning(self.case), *truncated, *self._response_beyond()]
 
 
 def check_options(options, responds, out):
     """Refuse `StateSpaceOptions` that have no effect: SceneError; parameters as for `one_cable.ssm.check_options`."""
-    kinds = "in a coupled mode cables and bodies move in several planes: it is of no kind"
-    refuse_options({"--kinds": options.kinds}, kinds)
-    shapes = "actuators and loop act on static shapes in addition to the modes that are kept"
-    refuse_options({"--no-residual": options.attached and not options.residual}, shapes)
-    lowest = "with actuators or loop the lowest modes are kept, see --modes and --upto"
-    refuse_options({"--error": options.attached and options.error}, lowest)
     if not out and options.error is None and not responds:
         check_channel(options)
 
@@ -110,8 +93,8 @@ def choose(document, scene, options, highest=None):
     scene : SuspensionScene
     options : StateSpaceOptions
         The lowest modes by number (`count`) or up to a frequency (`upto`), or the fewest that leave out no more than a
-        share of the inertia (`error`); what is attached: nothing, actuators, or the loop; names of inputs and outputs.
-        Options without meaning for a suspension are ignored.
+        share of the inertia (`error`), of some `kinds` or of all; what is attached: nothing, actuators, or the loop;
+        names of inputs and outputs. The number of modes that are computed is doubled until they suffice.
     highest : float, optional
         Highest frequency of a response. Without a choice by the options, the modes up to it are kept, at least
         `STUDY.default_modes` and not many more than `STUDY.response_modes`. [Hz]
@@ -141,76 +124,48 @@ def choose(document, scene, options, highest=None):
         )
     if not options.wind:
         pairs_of(options, inputs, outputs)  # raises SceneError before anything is computed
-    if options.error is not None:
-        return _choose_fewest(case, options, highest)
-    if options.upto:
-        found = case.modes_up_to(options.limit)
-        return _choice(case, options, found, found.up_to(options.limit), highest)
-    found = _lowest_modes(case, options.count, highest)
-    return _choice(case, options, found, np.arange(len(found))[: options.count], highest)
+    size = MOTION.most_body_modes if case.fixed else options.count or STUDY.default_modes
+    found, too_few = _found(case, options, size, highest), ""
+    while True:
+        choice = _with_all_modes(case, options, found, highest)
+        try:
+            return replace(
+                choice, chosen=chosen_modes(choice.found, options, lambda one=choice: (one.share, one.names))
+            )
+        except (SceneError, NoSolutionError) as lacking:
+            if len(found) < size or size >= MOTION.most_body_modes:
+                raise
+            too_few, size = f"{lacking}; of more, ", min(2 * size, MOTION.most_body_modes)
+        try:
+            found = case.modes(size)
+        except ConvergenceError as failure:
+            raise ConvergenceError(f"{too_few}{failure}") from None
 
 
-def _lowest_modes(case, count, highest):
-    """The lowest `CoupledModes`: at least a `count`, or up to the `highest` frequency of a response [Hz] without one.
+def _found(case, options, size, highest):
+    """The lowest `CoupledModes`: a number of them, or up to the frequency of the options or of a response [Hz].
 
     Raises as `choose`.
     """
-    size = MOTION.most_body_modes if case.scene.model.elements is not None else count or STUDY.default_modes
-    found = case.modes(size)
-    if count is not None and len(found) < count:
-        raise SceneError(f"--modes {count}: the model has {counted(len(found), 'mode')}")
-    while count is None and highest and len(found) == size < STUDY.response_modes and found.frequency[-1] < highest:
+    if options.upto:
+        return case.modes_up_to(options.limit)
+    found, reached = case.modes(size), 0.0 if options.count or options.error else highest or 0.0
+    while len(found) == size < STUDY.response_modes and found.frequency[-1] < reached:
         size *= 2
         found = case.modes(size)
     return found
 
 
-def _choice(case, options, found, chosen, highest):
-    """The `SuspensionChoice` of some of the modes `found`; `chosen` are their indices, from 0."""
-    return SuspensionChoice(options, case, highest, found, linear_model(case, found.damped, options), chosen)
+def _with_all_modes(case, options, found, highest):
+    """The `SuspensionChoice` that keeps all of the modes `found`.
 
-
-def _choose_fewest(case, options, highest):
-    """Choose the fewest modes whose neglect leaves out no more than a share of the inertia: `SuspensionChoice`.
-
-    The inertia is that between the input and output of the options (`LinearSystem.inertia_share`). Modes with
-    coincident frequencies are kept together. The number of modes that are computed is doubled until they suffice.
-
-    Parameters
-    ----------
-    case : SuspensionCase
-    options : StateSpaceOptions
-        Its `error` is that share. [-]
-    highest : float or None
-        Highest frequency of a response that is asked for; passed on to the choice. [Hz]
-
-    Raises
-    ------
-    NoSolutionError, ConvergenceError
-        The most modes that can be computed leave out more.
+    Where kinds are asked for, the modes are those of the linear model itself: close ones may be in another order there.
     """
-    size = MOTION.most_body_modes if case.scene.model.elements is not None else STUDY.default_modes
-    too_few = ""  # why the modes computed before do not suffice
-    while True:
-        try:
-            found = case.modes(size)
-        except ConvergenceError as failure:
-            raise ConvergenceError(f"{too_few}{failure}") from None
-        every = np.arange(len(found))
-        choice = _choice(case, options, found, every, highest)
-        try:
-            chosen = fewest_modes(choice.share, every, options.error, f"the {len(found)}", choice.names)
-        except NoSolutionError as lacking:
-            if len(found) < size or size == MOTION.most_body_modes:
-                raise
-            too_few = f"{lacking}; of more, "
-            size = min(2 * size, MOTION.most_body_modes)
-            continue
-        for first, last in found.coincident:  # counted from 1
-            run = np.arange(first - 1, last)
-            if np.isin(run, chosen).any():
-                chosen = np.union1d(chosen, run)
-        return replace(choice, chosen=chosen)
+    damped = found.damped
+    whole = linear_model(case, damped, options)
+    if options.kinds is not None:
+        found, whole = of_system(damped, whole)
+    return SuspensionChoice(options, case, highest, found, whole, np.arange(len(found)))
 
 
 def _winches_and_markers(case, options):
