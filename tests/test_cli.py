@@ -34,7 +34,7 @@ from command import (
 )
 from picture import undrawn
 from solved import contents
-from twins import swinging
+from twins import held, swinging, without
 
 import cablestudy
 from cablestudy import __version__
@@ -593,7 +593,20 @@ def test_coupled_modes_of_gondola_and_cable_are_those_of_the_suspension(tmp_path
     assert min(abs(row["frequency_Hz"] / frequency - 1) for row in own) < 1e-6
 
 
-def test_coupled_modes_are_refused_where_there_is_nothing_to_couple():
-    assert "gondola: missing key: 'cablestudy modes --coupled' needs it" in refusal("modes", GUY, "--coupled")
+@pytest.mark.parametrize(("scene", "case"), [("guy.yaml", ["--case", "storm"]), ("point-load.yaml", [])])
+def test_coupled_modes_of_a_cable_with_fixed_ends_are_those_of_the_suspension(tmp_path, scene, case):
+    one, twin = tmp_path / "one.yaml", tmp_path / "twin.yaml"
+    bare = without(contents(CONFIGS / scene, "model={accuracy: 1e-4}"), "gondola", "winch")
+    write(one, yaml.safe_dump(bare))
+    write(twin, yaml.safe_dump(held(bare)))
+    options = "-n", "9", *case, "--columns", "frequency_Hz,damping_ratio,moves"
+    rows, of_twin = table_of("modes", one, "--coupled", *options), table_of("modes", twin, *options)
+    for row, other in zip(rows, of_twin, strict=True):
+        assert row["frequency_Hz"] == pytest.approx(other["frequency_Hz"], rel=2e-5)
+        assert row["damping_ratio"] == pytest.approx(other["damping_ratio"], rel=1e-3)
+        assert row["moves"] == other["moves"]
+
+
+def test_coupled_is_refused_where_the_modes_are_coupled():
     line = refusal("modes", CONFIGS / "suspensions" / "fast.yaml", "--coupled")
     assert line == "--coupled: no effect: without --cable the modes of a suspension are coupled"

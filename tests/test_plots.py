@@ -26,7 +26,7 @@ from cablestudy.study.columns import find
 from cablestudy.study.deflection import nodal_deflections
 from cablestudy.study.one_cable import case_modes
 from cablestudy.study.one_cable.case import CableCase
-from cablestudy.study.one_cable.columns import gondola_on_cable
+from cablestudy.study.one_cable.columns import suspension_of
 from cablestudy.study.one_cable.rows import evaluate
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.sweeps.sensitivity import Sensitivity
@@ -251,7 +251,7 @@ def test_a_difference_of_rounding_alone_has_no_panel():
 
 def test_a_mode_along_the_cable_moves_as_far_on_the_paper_as_one_across_it(carlina):
     """Each mode has the same peak; z is enlarged 200 times, and the gondola's 5 cm along x were not: no movement."""
-    case = gondola_on_cable(carlina)
+    case = suspension_of(carlina)
     found = case.modes(4)
     assert found.moves[:2] == ("gondola x", "cable out-of-plane")
     figure = draw(plots.coupled_mode_shapes(case, found))

@@ -145,6 +145,9 @@ PARTS = {  # what is compared, and of which scenes
     "wind on a bare cable": lambda: compare_cable_wind(
         {name: without(scene, "gondola") for name, scene in every(drawn(), 25, few_elements).items()}
     ),
+    "wind on a bare cable to an accuracy": lambda: compare_cable_wind(
+        {name: without(scene, "gondola") | {"model": {"accuracy": 1e-4}} for name, scene in every(drawn(), 25).items()}
+    ),
 }
 
 

@@ -161,15 +161,20 @@ def compare_linear_ranges(scenes):
 
 
 def compare_modes(scenes):
-    """The lowest modes with fixed ends: by kind, and whatever their kind, frequencies in ascending order."""
+    """The lowest modes with fixed ends: by kind, and whatever their kind, frequencies in ascending order.
+
+    These also by the names of suspensions, of the cable without its gondola.
+    """
     of_cable = {name: f"cable.{name}" for name in (*OF_MODES, *SYMMETRIC)}
     one = solve_all(list(scenes.values()), list(of_cable))
     names = [f"frequency_{number + 1}" for number in range(MODES)]
     many = solve_all([held(scene) for scene in scenes.values()], [*names, *of_cable.values()])
-    for (name, scene), own, other in zip(scenes.items(), one, many, strict=True):
+    bare = solve_all([without(scene, "gondola", "winch") for scene in scenes.values()], names)
+    for (name, scene), own, other, alone in zip(scenes.items(), one, many, bare, strict=True):
         # of a cable with loads which modes count as symmetric depends on the model
         kinds = {one: twin for one, twin in of_cable.items() if one in OF_MODES or not has_loads(scene)}
         yield from _differences(name, scene, own, other, kinds)
+        yield from _differences(name, scene, alone, other, {column: column for column in names})
         pairs = [(own.values[kind], own.errors[kind]) for kind in OF_MODES if own.values[kind] is not None]
         pairs = (sorted(pairs, key=lambda pair: pair[0]) + [(None, None)] * MODES)[:MODES]
         for (value, error), column in zip(pairs, names, strict=True):
@@ -226,11 +231,13 @@ def compare_cable_wind(scenes):
     for name, whole in scenes.items():
         scene = whole | {"wind": whole["wind"] | {"aerodynamic_damping": False}}
         columns = twins.CABLE_WIND if "gondola" in scene else twins.BARE_CABLE
+        unlike = twins.OF_TENSION if "elements" in scene["model"] else ()  # by their mean tensions
+        columns = {one: columns[one] for one in columns_with_keys(scene, list(columns)) if one not in unlike}
         own = solve(scene, *columns)
         sides = [solve(blown(scene, across), *columns.values()) for across in (True, False)]
         for column, twin in columns.items():
             found = [side.values[twin] for side in sides]
-            worst = None if None in found else max(found)
+            worst = None if None in found else min(found) if column == "least_tension" else max(found)
             error = max((side.errors[twin] or 0.0) for side in sides)
             numbers, errors = (own.values[column], worst), (own.errors[column], error)
             if one := difference(name, scene, column, numbers, errors, STILL):

@@ -79,7 +79,9 @@ CABLE_WIND = {
     for quantity, twin in (("rms", "rms_x"), ("rms_velocity", "rms_velocity"))
     for state in ("", "_open_loop")
 }
-BARE_CABLE = {"tension_rms": "cable.rms_tension", "midspan_rms": "cable.midspan_rms"}
+# with a gondola tensions in the wind are quasi-static, by its displacement; of a suspension from the RMS of the tension
+OF_TENSION = {name: f"cable.{name}" for name in ("least_tension", "peak_utilisation", "slack_probability")}
+BARE_CABLE = {"tension_rms": "cable.rms_tension", "midspan_rms": "cable.midspan_rms"} | OF_TENSION
 
 STATIC = STATICS | STIFFNESS | SECTION | STRENGTH | GROUND | LOADED
 VARIANCES = OPEN_WIND | WIND | PEAK | IMAGED | CORRECTED | BOTH | CABLE_WIND | BARE_CABLE
@@ -91,8 +93,6 @@ NO_TWIN = {
     "force_displacement": "the twin is held at the place that it has under that force; test_load_case_forces.py",
     "limit_margin": "of the limits that a scene states, which name its own columns; test_limits.py",
     "governing": "the same",
-    "peak_utilisation": "quasi-static, at the gondola's peak; of a suspension from the RMS of the tension",
-    "slack_probability": "likewise",
     **{
         f"gondola_rms{quantity}{state}_all_wind": "gondola and cable in uncorrelated winds; of a suspension in one wind"
         for quantity in ("", "_velocity")

@@ -106,7 +106,7 @@ def check_options_of_static(given):
 @click.option("-n", "count", type=click.IntRange(1, 100_000), help="Number of modes, from the lowest. Default: 12.")
 @click.option("--upto", metavar="FREQ", help="All up to a frequency instead, e.g. 20 Hz.")
 @click.option("--cable", metavar="NAME", help="Suspensions only: modes of this cable with fixed ends.")
-@click.option("--coupled", is_flag=True, help="One cable only: coupled modes of the cable and its gondola.")
+@click.option("--coupled", is_flag=True, help="One cable only: modes as of a suspension, coupled with its gondola.")
 @click.option("--animate", metavar="FILE", help="Draw the modes in motion too: .gif, or .html of one file.")
 def modes(scene, sets, case, count, upto, cable, coupled, animate, style, plot, explain, quiet):
     """Frequencies, kinds and participation factors of the cable with fixed ends; of a suspension its coupled modes."""

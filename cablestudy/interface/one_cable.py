@@ -28,7 +28,7 @@ def shape(scene, estimate=False):
 def modes(scene, count=None, upto=None, coupled=False, estimate=False):
     """Answer of the command modes: natural frequencies and types of the modes of the cable; see `Scene.modes`."""
     if coupled:
-        return _modes_with_gondola(scene, count, upto)
+        return _coupled_modes(scene, count, upto)
     from cablestudy.study.notes import fixed_gondola, long_cable, reference_without_loads
     from cablestudy.study.one_cable import case_modes
     from cablestudy.study.one_cable.case import CableCase
@@ -55,16 +55,14 @@ def modes(scene, count=None, upto=None, coupled=False, estimate=False):
     )
 
 
-def _modes_with_gondola(scene, count, upto):
-    """The coupled modes of gondola and cable, without winch and wind."""
-    from cablestudy.study.column import require
+def _coupled_modes(scene, count, upto):
+    """The coupled modes of the cable and its gondola, if it has one, without winch and wind."""
     from cablestudy.study.notes import reference_without_loads
     from cablestudy.study.one_cable.case import CableCase
-    from cablestudy.study.one_cable.columns import gondola_on_cable
+    from cablestudy.study.one_cable.columns import suspension_of
     from cablestudy.study.suspension.notes import mode_notes
 
-    require(scene.document, scene.model, ["gondola"], "modes --coupled")
-    case = gondola_on_cable(CableCase(scene.model))
+    case = suspension_of(CableCase(scene.model))
     answer = coupled_modes(case, count, upto)
     lines = (line for modes in case.largest_modes for line in mode_notes(modes, case.mode_errors(modes)))
     return replace(

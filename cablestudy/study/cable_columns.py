@@ -26,10 +26,9 @@ from cablestudy.study.motion_columns import (
     loop_columns,
     mean_displacement,
     peak_of_gondola,
-    peak_utilisation,
     rms_columns,
     rms_of_bare_cable,
-    slack_probability,
+    tension_columns,
     winch_columns,
 )
 from cablestudy.study.tolerances import STUDY
@@ -314,11 +313,7 @@ COLUMNS = (
            "statics", lambda r: 1e3 * r.force_displacement[0], "gondola.mass, forces_on_end_2"),
     Column("peak", "mm", "largest displacement of the gondola expected within wind.duration: mean_displacement, and "
            "Davenport's factor times the RMS with the winch loop, if there is one", "wind", peak_of_gondola, BODY),
-    Column("peak_utilisation", "", "largest tension over breaking force at the gondola's peak, towards either side; "
-           "linear", "wind", peak_utilisation, f"{BODY}, {STRONG}"),
-    Column("slack_probability", "", "probability that the tension at an end falls to zero within wind.duration by the "
-           "gondola's displacement, towards either side, or of a cable with fixed ends by the gusts on it; linear",
-           "wind", slack_probability, f"wind, gondola.area|{DIAMETER}", any_error=True),
+    *tension_columns(),
     Column("linear_range", "mm", "displacement of the gondola along x, of either sign, at which the restoring force of "
            "the cable differs by 5 % from linear; empty where it does not", "stiffness", _linear_range, "gondola.mass",
            each=True),

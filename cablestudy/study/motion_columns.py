@@ -15,7 +15,6 @@ from cablestudy.motion.tolerances import MOTION
 from cablestudy.study.column import DIAMETER, MM, STRONG, UM, Column, first_without_value, scaled
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.tolerances import SYSTEM
-from cablestudy.wind.peak import peak_factor
 
 WINCH = "gondola.mass, winch.controller"
 DAMPING_RATIO = "gondola_damping_ratio"
@@ -75,29 +74,48 @@ def peak_of_gondola(case):
     return scaled(peaks.peak(case.analysis, [GONDOLA_X], float(mean_displacement(case))), MM)
 
 
-def least_tension_at_peak(case):
-    """Least tension at an end that is expected within `wind.duration`. [N]"""
-    if case.scene.gondola is None:
-        tensions, changes, _ = _tensions_at_peak(case)
-    else:
-        check_winch_speed(case)
-        tensions, slopes = _tensions_and_slopes(case)
-        changes = slopes * (abs(float(mean_displacement(case))) + peaks.peak_of_change(case.analysis, [GONDOLA_X]))
-    return float((tensions - changes)[[0, -1]].min())
+def tension_columns():
+    """The columns of the tension in the wind, on the gondola or, of a cable with fixed ends, on it: list of Column."""
+
+    def column(name, unit, meaning, number, key=""):
+        def compute(case):
+            if case.scene.gondola is not None and (lacking := first_without_value(case.scene, BODY.split(", "))):
+                raise NoSolutionError(f"{name} needs the key {lacking}, which this case does not have")
+            return number(case)
+
+        return Column(name, unit, f"{meaning}; linear", "wind", compute, f"wind, gondola.area|{DIAMETER}{key}",
+                      any_error=True)  # fmt: skip
+
+    by = "by the gondola's displacement, towards either side, or of a cable with fixed ends by the gusts on it"
+    return [
+        column("least_tension", "N", f"least tension expected at an end within wind.duration, {by}", least_tension),
+        column("peak_utilisation", "", f"largest tension expected within wind.duration over breaking force, {by}",
+               _peak_utilisation, f", {STRONG}"),
+        column("slack_probability", "", f"probability that the tension at an end falls to zero within wind.duration, "
+               f"{by}", _slack_probability),
+    ]  # fmt: skip
 
 
-def slack_probability(case):
+def least_tension(case):
+    """Least tension at an end that is expected within `wind.duration` [N], and its relative error."""
+    tensions, changes, errors = _tensions_at_peak(case)
+    end = min((0, -1), key=lambda end: tensions[end] - changes[end])
+    least = float(tensions[end] - changes[end])
+    error = float(errors[end] * changes[end] + case.statics_error * tensions[end])
+    return least, max(error / abs(least), STUDY.rounding) if least else error
+
+
+def _slack_probability(case):
     """Probability that the tension at an end falls to zero within `wind.duration`, and its relative error; linear.
 
-    With fixed ends by the RMS of the tension there, in the wind that changes a tension most.
+    With fixed ends by the RMS of the tension there, in wind across the cable or along it, whichever is more probable.
     """
     if case.scene.gondola is None:
-        _, side = case.in_cable_wind.to_accuracy(case.scene.model.accuracy or np.inf, TENSIONS)
-        ends = zip(case.form.edge_tensions.ravel()[[0, -1]], TENSIONS, strict=True)
-        pairs = (peaks.probability_of_change(side, [name], mean, MOTION.crossings) for mean, name in ends)
-        return max(pairs, key=lambda pair: pair[0])
-    if key := first_without_value(case.scene, BODY.split(", ")):
-        raise NoSolutionError(f"slack_probability needs the key {key}, which this case does not have")
+        ends = list(zip(TENSIONS, _tensions_at_ends(case), strict=True))
+        winds = _in_winds_on_cable(case)
+        return max(
+            peaks.probability_of_change(wind, [name], mean, MOTION.crossings) for wind in winds for name, mean in ends
+        )
     check_winch_speed(case)
     tensions, slopes = _tensions_and_slopes(case)
     with np.errstate(divide="ignore", invalid="ignore"):  # of an end that the gondola's displacement does not change
@@ -105,29 +123,39 @@ def slack_probability(case):
     return peaks.probability_of_change(case.analysis, [GONDOLA_X], distance)
 
 
-def peak_utilisation(case):
+def _peak_utilisation(case):
     """Largest tension of the cable expected within `wind.duration` over the breaking force, and its relative error."""
-    tensions, changes, error = _tensions_at_peak(case)
+    tensions, changes, errors = _tensions_at_peak(case)
     index = int(np.argmax(tensions + changes))
     largest = float(tensions[index] + changes[index])
-    return largest / float(case.number(STRONG)), max(error * float(changes[index]) / largest, STUDY.rounding)
+    return largest / float(case.number(STRONG)), max(float(errors[index] * changes[index]) / largest, STUDY.rounding)
 
 
 def _tensions_at_peak(case):
-    """Tensions from end 1 to end 2, their largest changes in the wind, shape (j,) each [N], and the error of these. [-]
+    """Tensions from end 1 to end 2, their largest changes in the wind [N], errors of these [-]: shape (j,) each.
 
-    The places are the ends, and both sides of point loads between them. With a gondola the changes are by its largest
+    With a gondola the places are the ends, and both sides of point loads between them. The changes are by its largest
     displacement: linear and quasi-static, towards either side, since a scene of one cable does not say whether its wind
-    blows towards end 1 or away from it. With fixed ends they are by `tension_rms`, with as many crossings as cycles of
-    the lowest mode.
+    blows towards end 1 or away from it. With fixed ends the places are these, and the changes those of each end in the
+    wind across the cable or along it, whichever is larger.
     """
     if case.scene.gondola is None:
-        tensions = case.form.edge_tensions.ravel()
-        lowest = float(case.in_cable_wind.analyses[0].closed_loop.modes.frequency[0])
-        rms, error = rms_of_bare_cable(case, TENSIONS)
-        return tensions, np.full(tensions.shape, peak_factor(lowest, case.scene.wind.duration) * rms), error
+        winds = _in_winds_on_cable(case)
+        peaks_in_winds = ([peaks.peak(wind, [name], crossings=MOTION.crossings) for wind in winds] for name in TENSIONS)
+        return _tensions_at_ends(case), *np.transpose(list(map(max, peaks_in_winds)))
     (tensions, slopes), (peak, error) = _tensions_and_slopes(case), peak_of_gondola(case)
-    return tensions, slopes * peak / MM, error
+    return tensions, slopes * peak / MM, np.full(tensions.shape, error)
+
+
+def _tensions_at_ends(case):
+    """Tensions at end 1 and end 2 without gusts, shape (2,). [N]"""
+    return case.form.edge_tensions.ravel()[[0, -1]]
+
+
+def _in_winds_on_cable(case):
+    """`DynamicAnalysis` of a cable with fixed ends in the wind across it, and along it: list."""
+    accuracy = case.scene.model.accuracy or np.inf
+    return [wind.to_accuracy(accuracy, TENSIONS)[1] for wind in case.in_cable_wind.each]
 
 
 def _tensions_and_slopes(case):
@@ -142,7 +170,7 @@ def goes_slack(case):
     winds = [] if case.scene.wind is None else case.solved_winds
     solved = winds and (case.scene.gondola is None or (is_computed(case, "analysis") and case.analysis in winds))
     try:
-        return bool(solved and least_tension_at_peak(case) < 0)
+        return bool(solved and least_tension(case)[0] < 0)
     except CablestudyError:  # a winch that would be too fast, for example: the columns of the wind say why
         return False
 

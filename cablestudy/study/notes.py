@@ -11,7 +11,7 @@ from cablestudy.scene.likely_mistakes import bare_number
 from cablestudy.scene.tolerances import SCENE
 from cablestudy.scene.words import counted, first_of
 from cablestudy.study.cable_columns import COLUMNS, over_strength, stress_of
-from cablestudy.study.motion_columns import least_tension_at_peak
+from cablestudy.study.motion_columns import least_tension
 from cablestudy.study.table_rows import SLACK
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.comparison import relative
@@ -49,14 +49,19 @@ def of_system(case):
     closed_loop = max((wind.loop_for_notes for wind in case.solved_winds), key=lambda wind: len(wind.motion))
     kept = f"{counted(len(closed_loop.modes), 'coupled mode')} up to {closed_loop.modes.frequency[-1]:.4g} Hz"
     static_shapes = len(closed_loop.motion) - len(closed_loop.modes)
-    system = "the cable" if case.scene.gondola is None else "gondola and cable"
-    yield f"motion of {system}: {kept}, and {counted(static_shapes, 'static shape')} for those above"
+    yield f"motion of {_moving(case)}: {kept}, and {counted(static_shapes, 'static shape')} for those above"
 
 
-def of_gondola(case):
-    """Yield a note on the coupled modes of gondola and cable that were computed, where no loop and no wind was."""
-    modes = case.gondola_mode.mode.modes
-    yield f"motion of gondola and cable: {counted(len(modes), 'coupled mode')} up to {modes.frequency[-1]:.4g} Hz"
+def of_coupled_modes(case):
+    """Yield a note on the coupled modes of the cable and its gondola that were computed, without loop and wind."""
+    bare = case.scene.gondola is None
+    modes = case.computed["suspension"].largest_modes[0] if bare else case.gondola_mode.mode.modes
+    yield f"motion of {_moving(case)}: {counted(len(modes), 'coupled mode')} up to {modes.frequency[-1]:.4g} Hz"
+
+
+def _moving(case):
+    """Words for what moves."""
+    return "the cable" if case.scene.gondola is None else "gondola and cable"
 
 
 def of_fixed(case):
@@ -163,7 +168,7 @@ def slack_warning(row):
     """A warning where the cable of a `Row` goes slack in the wind, at most one. Returns a tuple of str."""
     if SLACK not in row.cells["status"]:
         return ()
-    least = least_tension_at_peak(row.case)
+    least, _ = least_tension(row.case)
     return (f"warning: {SLACK}: {least:.4g} N at the largest displacement: the linear numbers do not hold",)
 
 

@@ -335,6 +335,7 @@ class CableCase(OneCableAtRest, ComparedCase):
         """Coordinates of the largest linear system of gondola and cable; 0 where none was made. [-]"""
         coupled_modes = (modes for by_count in self.coupled_models.values() for modes in by_count.values())
         sizes = [len(modes.shapes) for modes in coupled_modes if not isinstance(modes, Exception)]
+        sizes += [self.computed["suspension"].size] if "suspension" in self.computed else []
         return max([*sizes, *(len(wind.loop_for_notes.motion) for wind in self.solved_winds)], default=0)
 
     @cached_property

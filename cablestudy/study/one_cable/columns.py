@@ -1,6 +1,7 @@
 """Columns of suspensions for a scene of one cable.
 
-Such a column is one of one cable by another name, or it is computed for gondola and cable as a case of a suspension.
+Such a column is one of one cable by another name, or it is computed for the cable, with its gondola if it has one, as a
+case of a suspension.
 """
 
 from dataclasses import replace
@@ -46,7 +47,8 @@ ALIASES = {
 # likewise, of a cable with fixed ends only
 OF_BARE_CABLE = {
     f"{CABLE}.rms_tension": "tension_rms",
-    **{f"{CABLE}.{name}": name for name in ("midspan_rms", "slack_probability")},
+    **{f"{CABLE}.{name}": name for name in ("midspan_rms", "slack_probability", "least_tension", "peak_utilisation")},
+    "max_peak_utilisation": "peak_utilisation",
 }
 # keys of a suspension -> those of a scene of one cable
 KEYS = {"control": "winch.controller", f"cables.{CABLE}.section_breaking_force": "cable.section_breaking_force"}
@@ -62,11 +64,11 @@ def name_in_one_cable(name, bare):
 
 
 def column_of_one_cable(column, bare):
-    """Translate a column of suspensions (many cables and bodies) for a scene of one cable with a gondola: `Column`.
+    """Translate a column of suspensions (many cables and bodies) for a scene of one cable: `Column`.
 
     It is replaced by the column of one cable for the same quantity: `gondola.frequency_x` by `gondola_frequency`. Where
-    there is none, the result is a new column, which treats gondola and cable as a suspension. A column of one cable is
-    returned as it is.
+    there is none, the result is a new column, which treats the cable and its gondola as a suspension. A column of one
+    cable is returned as it is.
 
     Parameters
     ----------
@@ -79,26 +81,26 @@ def column_of_one_cable(column, bare):
         return column
     if name := name_in_one_cable(column.name, bare):
         return find(name)
-    # stage of a suspension -> stage of one cable, where coupled modes are those of the gondola, and each suspension is
-    # made about an equilibrium
+    # stage of a suspension -> stage of one cable, where coupled modes are those of a gondola, if there is one, and each
+    # suspension is made about an equilibrium
     needs = {"modes": "gondola", "scene": "statics"}.get(column.needs, column.needs)
     closed_loop = column.needs == "wind" and "_open_loop" not in column.name
 
     def compute(case):
         if closed_loop:
             check_winch_speed(case)
-        suspension = gondola_on_cable(case)
+        suspension = suspension_of(case)
         result = column.compute(suspension)
         return result if isinstance(result, tuple) else (result, suspension.statics_error(column))
 
     follows_drag = column.follows_drag or column.needs == "modes"
     changes = {"needs": needs, "compute": compute, "each": True, "mode": (), "follows_drag": follows_drag}
-    return replace(column, key=_keys(column), **changes)
+    return replace(column, key=_keys(column, bare), **changes)
 
 
-def _keys(column):
-    """Keys of a scene of one cable that a column of suspensions needs."""
-    keys = [f"{GONDOLA}.mass", *(KEYS.get(key, key) for key in column.keys)]
+def _keys(column, bare):
+    """Keys of a scene of one cable, `bare` without a gondola, that a column of suspensions needs."""
+    keys = [*([] if bare else [f"{GONDOLA}.mass"]), *(KEYS.get(key, key) for key in column.keys)]
     return ", ".join([*keys, f"{GONDOLA}.area", f"{GONDOLA}.drag_coefficient"] if column.needs == "wind" else keys)
 
 
@@ -138,11 +140,11 @@ def _with_asked_headers(row, own_columns):
     return replace(row, cells={**cells, "status": row.cells["status"]}, errors=errors)
 
 
-# -------------------------------------------------------------------- a gondola on its cable as a suspension
+# ----------------------------------------------------------- one cable, with its gondola or without, as a suspension
 
 
 class OneCableGroup(Group):
-    """A `Group` of one case whose body is held where end 2 of its cable is.
+    """A `Group` of one case whose body, if it has one, is held where end 2 of its cable is.
 
     Its errors of statics are those of the cable: that by a drag which changes along the cable is among them, since rows
     of one cable add it to the errors of motion. The position of end 2 has none.
@@ -179,8 +181,8 @@ class OneCableGroup(Group):
         return self._case.results.drag.take([self._case.index])
 
 
-class GondolaOnCable(SuspensionCase):
-    """`SuspensionCase` of a `CableCase` with a gondola, for columns that only a suspension has a function for."""
+class OneCableAsSuspension(SuspensionCase):
+    """`SuspensionCase` of a `CableCase`, for columns that only a suspension has a function for."""
 
     def __init__(self, case):
         case.results.check(case.index)
@@ -189,8 +191,8 @@ class GondolaOnCable(SuspensionCase):
 
     @cached_property
     def finer(self):
-        """`GondolaOnCable` with a model to the accuracy `reference_accuracy`, for comparison."""
-        return gondola_on_cable(CableCase(reference_scene(self._case.scene)))
+        """`OneCableAsSuspension` with a model to the accuracy `reference_accuracy`, for comparison."""
+        return suspension_of(CableCase(reference_scene(self._case.scene)))
 
     @property
     def analysis(self):
@@ -198,8 +200,8 @@ class GondolaOnCable(SuspensionCase):
         return self._case.analysis
 
 
-def gondola_on_cable(case):
-    """The `GondolaOnCable` of a case, made once."""
-    if "gondola_on_cable" not in case.computed:
-        case.computed["gondola_on_cable"] = GondolaOnCable(case)
-    return case.computed["gondola_on_cable"]
+def suspension_of(case):
+    """The `OneCableAsSuspension` of a case, made once."""
+    if "suspension" not in case.computed:
+        case.computed["suspension"] = OneCableAsSuspension(case)
+    return case.computed["suspension"]

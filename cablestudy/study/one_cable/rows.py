@@ -231,7 +231,7 @@ class RefinedBatch(CableBatch):
         if case.moves:
             texts = (notes.CLOSED_FORM, *notes.of_system(case))
         elif any(column.needs == "gondola" and column.header in row.cells for column in required.system):
-            texts = (notes.CLOSED_FORM, *notes.of_gondola(case))
+            texts = (notes.CLOSED_FORM, *notes.of_coupled_modes(case))
         if case.moves or required.damped:
             texts += notes.assumed_damping(case.scene) + notes.air_damping(case)
         return texts + _gondola_notes(row)

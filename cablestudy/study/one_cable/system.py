@@ -83,6 +83,11 @@ class InCableWind:
         """Largest `DynamicAnalysis.rms` of some outputs in both winds, and its error; raises as that method."""
         return self._largest(self.analyses, names, variance, open_loop)[0]
 
+    @property
+    def each(self):
+        """Each wind by itself: list of InCableWind."""
+        return [InCableWind([analysis], self._outputs) for analysis in self.analyses]
+
     def to_accuracy(self, accuracy, names):
         """Largest RMS of displacements or tensions of a bare cable, with more modes until its error is an accuracy.
 

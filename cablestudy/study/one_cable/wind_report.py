@@ -26,6 +26,7 @@ OPEN = tuple(f"{name}_open_loop" for name in CLOSED)
 LOOP = ("gain_margin", "phase_margin", "bandwidth", "largest_gain")
 GONDOLA = ("gondola_frequency", "gondola_frequency_static", "gondola_damping_ratio")
 CABLE = ("midspan_rms", "tension_rms", "cable_frequency")
+TENSION = ("least_tension", "slack_probability")
 BELOW = (0.1, 1.0, 10.0)  # frequencies up to which the share of the variance is given [Hz]
 CABLE_NOTE = (
     "wind on the cable: linear drag of turbulence that has the same spectrum in all directions, across or along the "
@@ -66,7 +67,7 @@ def wind_table(document, scene, on=None, estimate=False):
     """
     bare = scene.gondola is None and on in (None, "cable")
     on = on or "gondola"
-    names = (*CABLE, *_strength(scene)) if bare else _names(scene, PARTS[on])
+    names = (*CABLE, *_tensions(scene)) if bare else _names(scene, PARTS[on])
     columns, row = evaluate_named(document, scene, names, "windrms", estimate)
     further_cells, remarks = [], ()
     if not row.failed:
@@ -114,13 +115,14 @@ def _names(scene, parts):
     if "" in parts:
         names += ["mean_displacement"] if scene.wind is not None and scene.wind.mean else []
         names += ["peak", *image_weights(scene.exposure, scene.correction)]
-    return [*names, *_strength(scene, "" in parts)]
+    return [*names, *_tensions(scene, "" in parts)]
 
 
-def _strength(scene, peak=False):
-    """Names of the columns of utilisation, with `peak` also at the peak; none if the strength is not known."""
-    names = ["utilisation", "peak_utilisation"] if peak else ["utilisation"]
-    return names if scene.cable.section_breaking_force is not None else []
+def _tensions(scene, in_wind=True):
+    """Names of the columns of tensions, `in_wind` or at rest alone, and over the strength, if that is known."""
+    strong = scene.cable.section_breaking_force is not None
+    at_rest = ["utilisation"] if strong else []
+    return [*at_rest, *(["peak_utilisation"] if strong else []), *TENSION] if in_wind else at_rest
 
 
 def _vortices(case):
