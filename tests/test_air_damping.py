@@ -8,6 +8,7 @@ from command import CARLINA, run, table_of, with_sets
 from one_loop import OneLoop
 from references import bars, dense, loop_matrix
 from scenes import SAGGING, case_of, cells, choice_of, scene
+from solved import rows_as_alone
 from test_windrms import AIR_DAMPS as AIR
 from test_windrms import (  # noqa: F401 a fixture
     LIGHT,
@@ -122,10 +123,37 @@ def test_an_undamped_cable_is_damped_by_the_air():
     assert "undamped" in outcome.err
 
 
+def test_the_steady_wind_of_a_load_case_damps_the_gondola_by_its_own_speed():
+    """rho V C_d A (1 + cos^2)/2 for an oblique wind; of a taut cable along x the drag damps nothing along x."""
+    sets = (
+        "cable={chord: 20 m, axial_stiffness: 1e7, mass_per_length: 1e-3, diameter: 2 mm, preload: 2e5}",
+        "cable.damping={loss_factor: 1e-9}",
+        "cases={day: {wind: {speed: 15, direction: 60 deg, air_density: 1.3}}}",
+        "case=day",
+    )
+    case, drag_area = case_of(AIR, *sets), 1.17 * 0.6
+    expected = 1.3 * 15 * drag_area * (1 + 0.25) / 2
+    assert case.gondola_air_damping == pytest.approx(expected, rel=1e-12)
+    ratio, omega = case.gondola_mode.damping_ratio[0], 2 * np.pi * case.gondola_mode.frequency[0]
+    moved = 50.0 + 1e-3 * 20 / 3  # a third of the cable
+    assert ratio == pytest.approx(expected / (2 * moved * omega), rel=1e-5)
+
+
+def test_steady_winds_of_one_pressure_damp_by_the_density_of_their_air():
+    cases = "cases={{day: {{wind: {{speed: {}, air_density: {}}}}}}}"
+    sets = [(AIR, "case=day", cases.format(speed, density)) for speed, density in ((20, 1.2), (40, 0.3))]
+    thick, thin = rows_as_alone([scene(*each) for each in sets], ["gondola_damping_ratio", "gondola_rms_open_loop"])
+    assert thin.values["gondola_damping_ratio"] < 0.7 * thick.values["gondola_damping_ratio"]
+    assert thin.values["gondola_rms_open_loop"] > 1.1 * thick.values["gondola_rms_open_loop"]
+
+
 def test_explain_says_what_is_damped():
     err = run("windrms", CARLINA, "--set", AIR, "--explain").err
     on_cable = 1.2 / 2 * 1.2 * np.sqrt(4 / np.pi * 2.69e-6) * 6  # half of rho C_d d v, up and down: docs/physics.md
     assert f"aerodynamic damping: {C:.4g} N s/m on the gondola; {on_cable:.4g} N s/m^2 on the cable too" in err
+    storm = "cases={storm: {wind: {speed: 12}}}"
+    err = run("windrms", CARLINA, "--set", AIR, "--set", storm, "--case", "storm", "--explain").err
+    assert f"{2 * C:.4g} N s/m on the gondola; the steady wind of the load case damps the cable too" in err
     assert "aerodynamic" not in run("windrms", CARLINA, "--explain").err
 
 

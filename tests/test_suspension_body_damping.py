@@ -71,9 +71,9 @@ def dense(law, on=None):
     return bars.M, bars.C, bars.K
 
 
-def bars_of(state, law, on, **options):
+def bars_of(state, law, on, speed=SPEED, **options):
     """The `BarsInWind` of an equilibrium."""
-    wind = {"speed": SPEED, "direction": WIND["direction"], "turbulence": (1.4,) * 3, "length_scale": 30.0,
+    wind = {"speed": speed, "direction": WIND["direction"], "turbulence": (1.4,) * 3, "length_scale": 30.0,
             "coherence_decay": 10.0, "density": 1.2}  # fmt: skip
     offered = blown(on) if on else (None, None)
     return BarsInWind(state, BARS, wind, *offered, damping=LAWS[law], **options)
@@ -125,22 +125,57 @@ def test_in_the_air_about_the_equilibrium_without_the_mean_wind(law, on, within)
     assert still == solve(scene(law, {"elements": BARS}), "gondola.damping_ratio_x").values
 
 
-@pytest.mark.parametrize(("law", "gusts", "on"), [
-    ("modal", "bodies", "bodies"), ("kelvin_voigt", "both", "both"), ("hysteretic", "cables", "cables"),
-    ("kelvin_voigt", "bodies", "both"),
+def drag_of(bars):
+    """Damping by the drag on `BarsInWind`."""
+    return np.einsum("kin,kij,kjm->nm", bars.moves, bars.drags, bars.moves)
+
+
+@pytest.mark.parametrize(("law", "gusts", "on", "elsewhere"), [
+    ("modal", "bodies", "bodies", None), ("kelvin_voigt", "both", "both", None),
+    ("hysteretic", "cables", "cables", None), ("kelvin_voigt", "bodies", "both", None),
+    ("kelvin_voigt", "both", "bodies", "cables"), ("hysteretic", "bodies", "cables", "bodies"),
 ])  # fmt: skip
-def test_in_the_steady_wind_of_a_load_case_drag_turns_with_what_moves_and_a_dead_moment_does_not(law, gusts, on):
-    """On what the steady wind acts, also where the air of the gusts damps bodies alone."""
+def test_the_steady_wind_of_a_load_case_damps_what_it_acts_on_and_turns_with_it(law, gusts, on, elsewhere):
+    """With its own speed, whatever the gusts act on; `wind` damps what it does not act on. Dead moments do not turn."""
     text = scene(law, {"elements": BARS}, on=gusts)
-    day = {"speed": SPEED, "direction": WIND["direction"]}
+    day = {"speed": 1.5 * SPEED, "direction": WIND["direction"]}
     if on != "both":
         day["on"] = ["gondola"] if on == "bodies" else list(text["cables"])
     day = {"wind": day, "forces": {"gondola": {"moment": [0.0, 30.0, 20.0]}}}
     text |= {"cases": {"storm": day}, "case": "storm"}
-    bars = bars_of(case_of(text).rest, law, on, mean=True)
-    still = slice(0 if gusts == on else len(bars.places) - len(bars.areas))  # on cables, where no gusts are
-    not_damped = np.einsum("kin,kij,kjm->nm", bars.moves[still], bars.drags[still], bars.moves[still])
-    check((bars.M, bars.C - not_damped, bars.K), text, 1e-5, bars.dead)
+    rest = case_of(text).rest
+    bars = bars_of(rest, law, on, 1.5 * SPEED, mean=True)
+    check((bars.M, bars.C + drag_of(bars_of(rest, law, elsewhere)), bars.K), text, 1e-5, bars.dead)
+
+
+def test_a_steady_wind_damps_by_its_density_and_its_speed_at_each_height():
+    """A bob halfway up a taut vertical cable: c = rho C_d A V + rho C_d d times the integral of V (s/L)^2."""
+    length, width = 10.0, 0.02
+    cable = {"axial_stiffness": 1e8, "mass_per_length": 1e-4, "diameter": width, "preload": 2e6}
+    day = {"pressure": 200.0, "gust_factor": 1.4, "at": 4.0, "exponent": 0.2, "direction": np.pi / 2}
+    text = {
+        "gravity": 0.0,
+        "cable": cable | {"damping": {"loss_factor": 1e-9}},
+        "bodies": {"bob": {"at": [0.0, 0.0, length], "mass": 50.0, "free": ["y"],
+                           "wind": {"area": 0.5, "drag_coefficient": COEFFICIENT},
+                           "attachments": {"eye": [0.0, 0.0, 0.0]}}},
+        "cables": {"low": {"from": [0.0, 0.0, 0.0], "to": "bob.eye"},
+                   "high": {"from": [0.0, 0.0, 2 * length], "to": "bob.eye"}},
+        "wind": WIND | {"air_density": 0.9, "on": "bodies"},
+        "cases": {"day": {"wind": day}},
+        "case": "day",
+    }  # fmt: skip
+
+    def speed(height):
+        return 1.4 * np.sqrt(2 * 200.0 / 0.9) * (height / 4.0) ** 0.2
+
+    share = (np.arange(1000) + 0.5) / 1000
+    integrals = [(speed(height) * share**2).mean() * length for height in (length * share, length * (2 - share))]
+    damping = 0.9 * (COEFFICIENT * 0.5 * speed(length) + 1.2 * width * sum(integrals))
+    found = solve(text, "bob.frequency_y", "bob.damping_ratio_y").values
+    moved = 50.0 + 2 / 3 * 1e-4 * length
+    ratio = damping / (2 * moved * 2 * np.pi * found["bob.frequency_y"])
+    assert found["bob.damping_ratio_y"] == pytest.approx(ratio, rel=1e-5)
 
 
 def test_a_steady_wind_of_no_speed_turns_nothing():

@@ -1,11 +1,12 @@
 """The wind on a suspension as its linear model needs it: aerodynamic damping, and the forces of gusts."""
 
 from dataclasses import replace
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 
 from cablestudy.cable.matrices import dense
+from cablestudy.cable.vectors import size
 from cablestudy.system.superelement import combined_loads
 from cablestudy.wind.coherence import davenport
 from cablestudy.wind.gusts import damping_of_bodies, gusts, stiffness_of_bodies
@@ -87,7 +88,7 @@ class Airflow:
     drag : Drag
         Of this case.
     mean_drag : Drag, optional
-        Of the wind about whose equilibrium it moves; where it is None the drag does not turn with cables and bodies.
+        Of the wind about whose equilibrium it moves, which damps what it acts on, and turns with it; None without one.
 
     Attributes
     ----------
@@ -111,10 +112,31 @@ class Airflow:
         """True if the air damps motions."""
         return self.scene.wind.aerodynamic_damping
 
+    @cached_property
+    def damping_drags(self):
+        """`Drag` of each wind by which the air damps what it acts on: list, empty without damping.
+
+        That of the wind about whose equilibrium it moves; where this does not act, that of the gusts.
+        """
+        if not self.damps:
+            return []
+        if self.mean_drag is None or self.mean_drag is self.drag:
+            return [self.drag]
+        cables = np.where(self.mean_drag.cables > 0, 0.0, self.drag.cables)
+        bodies = np.where(self.mean_drag.bodies.any(axis=-1, keepdims=True), 0.0, self.drag.bodies)
+        return [self.mean_drag, replace(self.drag, cables=cables, bodies=bodies)]
+
     @property
     def damps_cables(self):
         """True if the air damps motions of cables."""
-        return self.damps and self.on_cables
+        return any(drag.cables.any() for drag in self.damping_drags)
+
+    @property
+    def damping_per_length(self):
+        """Damping of each cable along a wind across it, rho C_d d U; across both it is half of that. [N s/m^2]"""
+        return sum(
+            (drag.density * drag.cables * size(drag.velocity) for drag in self.damping_drags), 0 * self.drag.cables
+        )
 
     @property
     def turns_with_cables(self):
@@ -127,8 +149,9 @@ class Airflow:
         Of its coordinates `kept` (a `ReducedCable` of each cable), or with None of all modes and ends, shape
         (n + 6, n + 6).
         """
-        for group in strips(models, kept, equilibrium, self.drag) if self.damps else []:
-            yield from zip(group.cables.tolist(), group.damping, strict=True)
+        for drag in self.damping_drags:
+            for group in strips(models, kept, equilibrium, drag):
+                yield from zip(group.cables.tolist(), group.damping, strict=True)
 
     def stiffness_of_cables(self, models, kept, equilibrium):
         """Yield index and load stiffness of each of the cables whose mean drag turns; see `damping_of_cables`."""
@@ -155,7 +178,7 @@ class Airflow:
 
     def damping_of_bodies(self, layout, shapes):
         """Damping of coordinates by the drag on bodies, see `gusts.damping_of_bodies`; 0 without damping."""
-        return damping_of_bodies(self.drag, layout, shapes) if self.damps else 0.0
+        return sum((damping_of_bodies(drag, layout, shapes) for drag in self.damping_drags), 0.0)
 
     def stiffness_of_bodies(self, layout, shapes):
         """Stiffness of coordinates by the mean drag on bodies, see `gusts.stiffness_of_bodies`; 0 without damping."""

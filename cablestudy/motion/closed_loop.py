@@ -152,8 +152,7 @@ class ClosedLoop:
         air = self.plant.airflow
         if air is None or not air.damps:
             return "dead moments"
-        undamped = air.turns_with_cables and not air.on_cables
-        return "drag that turns with what moves" + ", on cables that no gusts meet and no air damps" * undamped
+        return "drag that turns with what moves"
 
     def check_stable(self):
         """Refuse what grows.

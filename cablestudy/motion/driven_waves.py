@@ -29,6 +29,7 @@ from operator import attrgetter
 
 import numpy as np
 
+from cablestudy.cable.geometry import points_along
 from cablestudy.cable.matrices import dense, solve
 from cablestudy.cable.records import stack, take_rows
 from cablestudy.control.loop_gain_poles import poles_of_modes
@@ -84,12 +85,16 @@ class DrivingBounds:
     @cached_property
     def air(self):
         """Lower bound of the rate at which waves across each cable decay by the air, shape (c,). [1/s]"""
-        plant, span = self.closed_loop.plant, self.cables.catenary.span
-        if not plant.has_air_damping:
-            return np.zeros(self.cables.count)
-        chord, velocity = span.frame[:, 0], plant.drag.velocity
-        speed = np.linalg.norm(velocity - (chord @ velocity)[:, None] * chord, axis=-1)
-        force = plant.drag.density * plant.drag.cables * speed / 2  # across the wind; along it twice as much
+        airflow, span, force = self.closed_loop.plant.airflow, self.cables.catenary.span, np.zeros(self.cables.count)
+        for drag in airflow.damping_drags if airflow else []:
+            chord = span.frame[:, 0]
+            speed = np.linalg.norm(drag.velocity - (chord @ drag.velocity)[:, None] * chord, axis=-1)
+            if drag.profile is not None:
+                end_1 = self.equilibrium.ends[self.equilibrium.suspension.of_cables, 0]
+                points = points_along(self.cables.catenary, np.linspace(0.0, 1.0, MOTION.least_drag_points))
+                pressure = drag.profile.of_each(len(force)).pressure(points + end_1[:, None])
+                speed = speed * np.sqrt(pressure.min(axis=-1))
+            force += drag.density * drag.cables * speed / 2  # across the wind; along it twice as much
         return force / (2 * np.where(self.cables.heavy, span.mass, np.inf))
 
     @cached_property

@@ -198,9 +198,7 @@ class MotionModels:
         if self.airflow is None:
             return False
         per_length = np.array([cable.damping.viscous for cable in self.scene.cables.values()])
-        if self.airflow.damps:
-            drag = self.airflow.drag
-            per_length = per_length + drag.density * drag.cables * np.linalg.norm(drag.velocity)
+        per_length = per_length + self.airflow.damping_per_length
         first = self._modes_of(self.sizes.computed(count)).models.lowest_omega
         mass = np.asarray(self.equilibrium.catenary.span.mass)
         return bool((per_length[mass > 0] > 2 * MOTION.damped_cable * (first * mass)[mass > 0]).any())

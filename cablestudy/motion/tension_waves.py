@@ -82,11 +82,11 @@ def _first_waves(plant, airflow):
     The results, all of shape (r,), are the outputs of the plant that are the tensions at the ends of these cables, two
     of each, and s of the wave along, and across, the cable of each [rad/s].
     """
-    catenary, cables, wind = plant.equilibrium.catenary, list(plant.scene.cables.values()), airflow.scene.wind
+    catenary, cables = plant.equilibrium.catenary, list(plant.scene.cables.values())
     span, dampings = catenary.span, [cable.damping for cable in cables]
     heavy = np.flatnonzero((np.asarray(span.mass) > 0) & (catenary.mean_tension > 0))
-    values = span.axial_stiffness, span.mass, span.unstretched_length, catenary.mean_tension, airflow.drag.cables
-    stiffness, mass, length, tension, drag_width = (np.broadcast_to(value, len(cables))[heavy] for value in values)
+    values = span.axial_stiffness, span.mass, span.unstretched_length, catenary.mean_tension
+    stiffness, mass, length, tension = (np.broadcast_to(value, len(cables))[heavy] for value in values)
 
     ratio, loss, time = (values[heavy] for values in laws_of(dampings).values())
 
@@ -99,6 +99,6 @@ def _first_waves(plant, airflow):
         return np.repeat(omega * (-damping + 1j * np.sqrt(1 - damping**2)), 2)  # for the tensions at both ends
 
     viscous = np.array([damping.viscous for damping in dampings])[heavy]
-    air = wind.air_density * wind.speed * drag_width / 2 if plant.has_air_damping else 0.0  # across wind and cable
+    air = airflow.damping_per_length[heavy] / 2  # across wind and cable
     rows = plant.tension_rows.reshape(-1, 2)[heavy].ravel()
     return rows, pole(stiffness, 1.0, viscous), pole(tension, MOTION.strained_share, viscous + air)

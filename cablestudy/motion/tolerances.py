@@ -160,6 +160,7 @@ class MotionTolerances:
     # loop gain of waves that run away, above which a law that is no integrator needs all modes
     broad_loop_gain: float = 0.1
     axial_share: float = 0.1  # of the force of a wave along a cable from which a mode is one along it
+    least_drag_points: int = 33  # along a cable, of the least wind on it: a sag of a tenth between them is 1e-4 of it
     # frequency up to which modes of a cable are kept that damping couples, over the highest one that the gain could
     # drive and over that up to which waves are resolved;
     kept_multiples: tuple = (4.0, 2.0)

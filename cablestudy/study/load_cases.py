@@ -198,6 +198,16 @@ def steady_drag(values, ends, load_ratio=1.0):
     return replace(drag, profile=profile, end_1=ends[:, 0], mean=halfway)
 
 
+def density_and_speed(scene):
+    """Density of the air [kg/m^3] and speed [m/s] of the steady wind of a load case, gust factor included.
+
+    Where it states a pressure the air is that of `wind`, if the scene has one.
+    """
+    steady = scene.load_case.wind
+    of_air = steady if steady.speed is not None or scene.wind is None else scene.wind
+    return of_air.air_density, np.sqrt(2 * steady.dynamic_pressure / of_air.air_density)
+
+
 def drag_width(values):
     """Drag coefficient in the steady wind times diameter, ice included, shape (...); NaN without wind. [m]"""
     return values.number("load_case.wind.cable_drag_coefficient") * values.number("wind_diameter")

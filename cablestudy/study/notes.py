@@ -355,11 +355,12 @@ def air_damping(case):
     switch = "wind.aerodynamic_damping: false leaves it out"
     if gondola is None:
         return (f"aerodynamic damping: the drag of the cable damps its motion ({switch})",)
-    return (
-        f"aerodynamic damping: {case.gondola_air_damping:.4g} N s/m on the gondola; "
-        f"{case.cable_air_damping:.4g} N s/m^2 on the cable too, where the wind on it counts (_cable_wind, _all_wind); "
-        f"{switch}",
+    on_cable = (
+        f"{case.cable_air_damping:.4g} N s/m^2 on the cable too, where the wind on it counts (_cable_wind, _all_wind)"
     )
+    if case.in_steady_wind:
+        on_cable = "the steady wind of the load case damps the cable too"
+    return (f"aerodynamic damping: {case.gondola_air_damping:.4g} N s/m on the gondola; {on_cable}; {switch}",)
 
 
 def statics_error(case):

@@ -358,10 +358,12 @@ def _wind_on_bodies(drag, layout, shapes):
     linear = float(drag.density) / 2 * drag.bodies[..., None] * linear
     drag_matrix = rotation @ linear @ np.swapaxes(rotation, -1, -2)
     _, arm = body_forces(drag, rotation)
+    centers = layout.equilibrium.position + arm
+    if drag.profile is not None:
+        drag_matrix = drag_matrix * np.sqrt(drag.profile.of_each(len(arm)).pressure(centers[:, None]))[..., None]
     motion = layout.displaced(layout.bodies(shapes))  # translations and rotations, shape (b, 6, m)
     displacements = motion[:, :3] - cross_matrix(arm) @ motion[:, 3:]
     bodies = np.flatnonzero((drag.bodies > 0).any(axis=-1))
-    centers = layout.equilibrium.position + arm
     return bodies, centers[bodies], drag_matrix[bodies], displacements[bodies]
 
 

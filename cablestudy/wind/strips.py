@@ -60,7 +60,7 @@ class Strips:
     speed : float
         Of the mean wind, for `stiffness`. [m/s]
     profile : Profile or None
-        Change of its pressure with the height, of shape (n,), likewise; None where there is none.
+        Change of its pressure with the height, of shape (n,); None where there is none.
     """
 
     cables: np.ndarray
@@ -146,6 +146,9 @@ class Strips:
         stretch = (interpolation @ self.stretch[..., None])[..., 0]
         lengths = self.unstretched[:, None, None] * self.mesh.sizes[:, None] * weights * stretch
         factors = self.drag_factor[:, None, None] * lengths
+        if self.profile is not None:
+            points = lagrange(basis(self.mesh.order).nodes, positions) @ self.places[:, self.mesh.element_nodes]
+            factors = factors * np.sqrt(self.profile.pressure(points))  # speeds are as roots of pressures
         return factors[..., None, None] * drag_matrices(tangent, self.wind_direction) @ self._displacements(positions)
 
     def _displacements(self, positions):

@@ -12,6 +12,7 @@ from cablestudy.errors import NoSolutionError
 from cablestudy.motion.model_sizes import MODAL
 from cablestudy.study.column import DISCRETE, SYSTEM, shapeless_error
 from cablestudy.study.compared_case import ComparedCase
+from cablestudy.study.load_cases import density_and_speed
 from cablestudy.study.motion_columns import DAMPING_RATIO
 from cablestudy.study.one_cable.asked_modes import AskedModes, found_frequencies
 from cablestudy.study.one_cable.at_rest import OneCableAtRest, shared
@@ -255,8 +256,9 @@ class CableCase(OneCableAtRest, ComparedCase):
 
         Those in winds that do not damp the motion share them, too.
         """
-        wind = self.scene.wind and self.scene.wind.aerodynamic_damping and self.scene.wind
-        return self._cache_of("linear_models", self.scene.cable.damping, self.scene.gondola, wind)
+        wind, steady = self.scene.wind, self.scene.load_case.wind
+        winds = (wind, steady) if wind and wind.aerodynamic_damping else None
+        return self._cache_of("linear_models", self.scene.cable.damping, self.scene.gondola, winds)
 
     @cached_property
     def equilibrium(self):
@@ -340,16 +342,31 @@ class CableCase(OneCableAtRest, ComparedCase):
 
     @cached_property
     def gondola_air_damping(self):
-        """Viscous damping of the gondola by the air; 0 without wind or drag. [N s/m]"""
-        gondola, wind = self.scene.gondola, self.scene.wind
+        """Viscous damping of the gondola by the air along x; 0 without wind or drag. [N s/m]"""
+        gondola, wind, steady = self.scene.gondola, self.scene.wind, self.scene.load_case.wind
         if wind is None or gondola.area is None or gondola.drag_coefficient is None:
             return 0.0
-        return body_damping(wind, gondola.area, gondola.drag_coefficient)
+        if not wind.aerodynamic_damping or steady is None or not steady.dynamic_pressure:
+            return body_damping(wind, gondola.area, gondola.drag_coefficient)
+        density, speed = density_and_speed(self.scene)
+        speed = speed * np.sqrt(self.results.pressure_at_end_2[self.index])
+        along_x = (1 + np.cos(steady.direction) ** 2) / 2  # half across the wind
+        return float(density * gondola.drag_coefficient * gondola.area * speed * along_x)
 
     @property
     def cable_air_damping(self):
-        """Viscous damping of the cable by the air, per length; 0 where its diameter is not known. [N s/m^2]"""
-        return 0.0 if self.scene.wind_diameter is None else cable_damping(self.scene.wind, self.scene.wind_diameter)
+        """Viscous damping of the cable by `wind`, per length; 0 where its diameter is not known. [N s/m^2]
+
+        0 also in a steady wind on the cable, which damps all motion by its own drag (`Airflow.damping_drags`).
+        """
+        if self.scene.wind_diameter is None or self.in_steady_wind:
+            return 0.0
+        return cable_damping(self.scene.wind, self.scene.wind_diameter)
+
+    @property
+    def in_steady_wind(self):
+        """True if the steady wind of its load case acts on the cable."""
+        return bool(self.results.drag.normal_drag[self.index] > 0)
 
     @cached_property
     def gondola_mode(self):

@@ -257,11 +257,11 @@ class Results:
         steady = self.number("load_case.wind.dynamic_pressure")
         by_wind = np.where(wind("mean"), wind("air_density") / 2 * wind("speed") ** 2, 0.0)
         along_x = wind_direction(self.number("load_case.wind.direction"))[..., 0]
-        pressure = np.where(np.isnan(steady), by_wind, steady * along_x * self._pressure_at_end_2)
+        pressure = np.where(np.isnan(steady), by_wind, steady * along_x * self.pressure_at_end_2)
         return pressure * gondola("drag_coefficient") * gondola("area")
 
-    @property
-    def _pressure_at_end_2(self):
+    @cached_property
+    def pressure_at_end_2(self):
         """Dynamic pressure of the steady wind at end 2 over the stated one, shape (n,). [-]"""
         profile, span = self.drag.profile, self.span
         end_2 = self.end_1 + span.chord[:, None] * span.frame[:, 0]

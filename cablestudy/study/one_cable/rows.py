@@ -208,7 +208,7 @@ class RefinedBatch(CableBatch):
         for column in self.required.system:
             name = column.header
             error = row.errors.get(name) if name in row.cells and not column.any_error else None
-            if error is None or case.results.drag.normal_drag[case.index] or not is_of_one_cable(column):
+            if error is None or case.in_steady_wind or not is_of_one_cable(column):
                 continue
             error -= case.equilibrium_error(column)
             if error > accuracy:

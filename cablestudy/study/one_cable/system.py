@@ -4,7 +4,8 @@ The wind on the gondola blows along x. That on the cable has, as a horizontal me
 each component of its turbulence has the spectrum of the longitudinal one, and two components are uncorrelated. The
 paper leaves the direction of the wind open: each number is the larger one of wind across and along the vertical plane
 of the cable, between which those of a straight cable lie. The air damps the gondola by its drag along x, and the cable
-by one viscous rate for motion in any direction; without a gondola by its drag, see `wind.drag`.
+by one viscous rate for motion in any direction; without a gondola by its drag, see `wind.drag`. The steady wind of a
+load case damps both by its drag on them.
 """
 
 from dataclasses import replace
@@ -21,6 +22,7 @@ from cablestudy.motion.model_search import solve_modes
 from cablestudy.scene.one_cable import CABLE, GONDOLA, as_suspension
 from cablestudy.statics.descent import SearchRecord
 from cablestudy.statics.suspension import GROUND, Equilibrium, SuspendedSystem
+from cablestudy.study.load_cases import density_and_speed
 from cablestudy.study.motion_columns import GONDOLA_X, MIDSPAN
 from cablestudy.study.refinement import fixed_model
 from cablestudy.study.tolerances import STUDY
@@ -40,7 +42,7 @@ class CableAirflow(Airflow):
     ----------
     scene : SuspensionScene
     drag : Drag
-        Drag by which the air damps the motion: of the gondola along x, or of the bare cable.
+        Drag by which the air damps the motion, without a steady wind: of the gondola along x, or of the bare cable.
     mean_drag : Drag or None
         Of the steady wind of the load case.
     wind : Wind
@@ -220,10 +222,10 @@ def _of_steady_wind(case, scene):
     if steady is None:
         return None
     drag = case.results.drag.take([case.index])
-    velocity = np.sqrt(steady.dynamic_pressure) * drag.direction[0]  # where the density is 2 kg/m^3
+    density, speed = density_and_speed(case.scene)
     width = drag.normal_drag / max(steady.dynamic_pressure, STUDY.tiny)
-    of_steady_wind = {"velocity": velocity, "density": np.array(2.0), "cables": width, "profile": drag.profile}
-    return replace(_on_bodies(scene), **of_steady_wind)
+    of_wind = {"velocity": speed * drag.direction[0], "density": np.array(density), "cables": width}
+    return replace(_on_bodies(scene), **of_wind, profile=drag.profile)
 
 
 def _in_airflow(case, scene, airflow, plants_and_loops, make_analysis):

@@ -260,7 +260,7 @@ class SuspensionCase(SuspensionAtRest, ComparedCase):
 
         It has the largest share in the static compliance of the body, 1/k = sum of phi_j^2/w_j^2 over all modes j, with
         the movement phi_j of the body along the axis and the angular frequency w_j. The winches are at rest. The air
-        damps all parts on which the wind of the scene acts, about the equilibrium without mean wind.
+        damps all parts on which a wind acts, see `Airflow.damping_drags`, about the equilibrium without mean wind.
 
         Parameters
         ----------

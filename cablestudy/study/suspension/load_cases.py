@@ -16,6 +16,7 @@ from cablestudy.statics import stated
 from cablestudy.statics.equilibria import pose
 from cablestudy.statics.suspension import Equilibrium
 from cablestudy.study.load_cases import (
+    density_and_speed,
     drag_width,
     elongation,
     ice_mass,
@@ -283,12 +284,11 @@ def _steady_drag(scenes, cables, body_names):
     """`Drag` of the steady winds of some scenes, with a leading axis of cases; `cables` as in `Drag`."""
     winds = [scene.load_case.wind for scene in scenes]
     direction = wind_direction(np.array([wind.direction for wind in winds]))
-    speed = np.sqrt([wind.dynamic_pressure for wind in winds])  # where the density is 2 kg/m^3
+    density, speed = map(np.array, zip(*map(density_and_speed, scenes), strict=True))
     bodies, centers = map(np.array, zip(*(drag_areas_of_bodies(s, body_names) for s in scenes), strict=True))
     for case, wind in enumerate(winds):
         if wind.on is not None:
             bodies[case, [name not in wind.on for name in body_names]] = 0.0
     exponent, height = (np.array([getattr(wind, key) for wind in winds], dtype=float) for key in ("exponent", "at"))
     profile = Profile.of(exponent, height, [scene.ground for scene in scenes])
-    density = np.full(len(scenes), 2.0)
     return Drag(speed[:, None] * direction, density, cables, bodies, centers, stretched=False, profile=profile)
