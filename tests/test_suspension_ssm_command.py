@@ -25,7 +25,7 @@ from cablestudy.control.suspension import suspension_system
 from cablestudy.statics.suspension import outward_tangents
 from cablestudy.study.scene_kind import kind_of
 from cablestudy.study.ssm import StateSpaceOptions
-from cablestudy.study.suspension.ssm import with_node_forces
+from cablestudy.study.suspension.node_forces import with_node_forces
 from cablestudy.system.cables import Models
 from cablestudy.system.coupled import Layout
 from cablestudy.system.hanging_cables import Cables, FixedModel, fixed_meshes
@@ -418,7 +418,6 @@ def test_what_is_assumed_is_said():
         ("--with gondola", "--with gondola: no effect: the bodies of a suspension are always attached"),
         ("--kinds axial,sideways", "--kinds: unknown kind 'sideways'"),
         ("--kinds axial --modes 500", "--modes 500: the model has "),
-        ("--with loop --wind", "--wind: of a suspension without actuators and loop only"),
         ("--with loop", "control: missing key: 'cablestudy ssm --with loop' needs it"),
         ("--with actuators", "actuators: missing key: 'cablestudy ssm --with actuators' needs it"),
         ("--with actuators --plot a.png", "--plot: needs --response, which it draws"),

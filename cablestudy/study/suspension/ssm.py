@@ -14,6 +14,7 @@ from cablestudy.motion.tolerances import MOTION
 from cablestudy.statics.suspension import GROUND
 from cablestudy.study.ssm import check_channel, pairs_of
 from cablestudy.study.suspension.case import SuspensionCase
+from cablestudy.study.suspension.node_forces import with_node_forces
 from cablestudy.study.suspension.notes import damping_notes, notes_of, strength_warning, unknown_damping_ratios
 from cablestudy.study.suspension.report import mode_notes
 from cablestudy.study.suspension.ssm_control import CoupledChoice, choose_controlled, chosen_modes
@@ -21,8 +22,6 @@ from cablestudy.study.tolerances import STUDY
 from cablestudy.system.coupled import Layout
 from cablestudy.system.coupled_solution import of_system
 from cablestudy.system.modal_reduction import inertia_shares, keep_modes, truncate_modes
-from cablestudy.system.superelement import NAMES
-from cablestudy.wind.strips import coordinate_amplitudes, nodal_shapes
 
 
 @dataclass(frozen=True)
@@ -113,8 +112,6 @@ def choose(document, scene, options, highest=None):
         There is no stable equilibrium, or no such modes; or these cannot be computed to the accuracy.
     """
     if options.attached:
-        if options.wind:
-            raise SceneError("--wind: of a suspension without actuators and loop only")
         return choose_controlled(document, scene, options, highest)
     case = SuspensionCase(scene)
     inputs, outputs = labels(Layout(case.equilibrium), *_winches_and_markers(case, options))
@@ -128,10 +125,9 @@ def choose(document, scene, options, highest=None):
     found, too_few = _found(case, options, size, highest), ""
     while True:
         choice = _with_all_modes(case, options, found, highest)
+        share = None if options.error is None else (choice.share, choice.names)
         try:
-            return replace(
-                choice, chosen=chosen_modes(choice.found, options, lambda one=choice: (one.share, one.names))
-            )
+            return replace(choice, chosen=chosen_modes(choice.found, options, share))
         except (SceneError, NoSolutionError) as lacking:
             if len(found) < size or size >= MOTION.most_body_modes:
                 raise
@@ -205,48 +201,3 @@ def linear_model(case, found, options):
     """
     system = suspension_system(found.layout, found.kept, *_winches_and_markers(case, options)).viscous()
     return with_node_forces(system, found.layout, found.model.coordinates) if options.wind else system
-
-
-def with_node_forces(system, layout, coordinates):
-    """Add forces on the inner nodes of the cables, for wind that varies along them, to the inputs of a linear system.
-
-    While nothing moves, the two ends of a cable carry these forces, which changes its tensions and the forces that hold
-    its ends directly: the change is in the matrix D of the system (see `strips.coordinate_amplitudes`).
-
-    Parameters
-    ----------
-    system : LinearSystem
-        From `control.suspension.suspension_systems`; its last outputs are the tensions, two of each cable.
-    layout : Layout
-        Coordinates of the bodies, and their connection to the ends of the cables.
-    coordinates : Coordinates
-        Coordinates of the cables in the system.
-
-    Returns
-    -------
-    LinearSystem
-        `system` with further inputs `CABLE.force_node_1_x` and so on: forces along global axes [N], nodes numbered from
-        the end `from`. Cables without mass have none.
-    """
-    names, heavy = layout.equilibrium.suspension.cable_names, np.flatnonzero(coordinates.models.cables.heavy)
-    if not heavy.size:
-        return system
-    by_cable = coordinate_amplitudes(coordinates, layout, np.eye(len(system)), list(heavy[:, None]))
-    forces, labels = [], []  # forces on the coordinates, then their decrease of the two tensions of each heavy cable
-    held, outputs = {}, [name for name, _ in system.outputs]  # index of a force on an end -> its decrease, and by which
-    # shapes: displacements of the nodes of a cable by its modes, then by its ends, shape (p, 3, k)
-    on_nodes = nodal_shapes(coordinates.models, coordinates.kept, heavy)
-    for (cable, _, _, shapes), (of_cable,) in zip(on_nodes, by_cable, strict=True):
-        nodes, shapes = range(1, len(shapes) - 1), shapes[1:-1].reshape(-1, shapes.shape[-1])
-        forces.append((shapes @ of_cable).T)
-        for name, decrease in zip(NAMES, shapes[:, -6:].T, strict=True):
-            if (output := f"{names[cable]}.force_{name}") in outputs:
-                held[outputs.index(output)] = slice(len(labels), len(labels) + len(shapes)), decrease
-        labels += [(f"{names[cable]}.force_node_{node}_{axis}", "N") for node in nodes for axis in "xyz"]
-    forces, decrease = np.split(np.concatenate(forces, axis=1), [len(system)])
-    direct = np.zeros((len(system.outputs), forces.shape[1]))
-    first_tension = len(direct) - 2 * len(names)
-    direct[(first_tension + 2 * heavy[:, None] + np.arange(2)).ravel()] = -decrease
-    for row, (columns, load) in held.items():
-        direct[row, columns] = -load
-    return system.with_forces(forces, labels, direct)

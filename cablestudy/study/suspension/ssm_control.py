@@ -1,11 +1,12 @@
 """A suspension with its actuators, and with the loop of its winches, as a state space: how many modes are kept."""
 
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 
 from cablestudy.control.loop import unstable_pole
+from cablestudy.control.motion import with_strokes
 from cablestudy.control.statespace import state_space_of
 from cablestudy.control.suspension import labels
 from cablestudy.errors import NoSolutionError, SceneError
@@ -15,8 +16,17 @@ from cablestudy.motion.tolerances import MOTION
 from cablestudy.scene.words import counted
 from cablestudy.study.column import require
 from cablestudy.study.loop_report import unstable
-from cablestudy.study.ssm import Choice, StateSpaceOptions, fewest_modes, named_channels, response_of, response_unit
+from cablestudy.study.ssm import (
+    Choice,
+    StateSpaceOptions,
+    fewest_modes,
+    named_channels,
+    number_of,
+    response_of,
+    response_unit,
+)
 from cablestudy.study.suspension.case import SuspensionCase
+from cablestudy.study.suspension.node_forces import with_node_forces
 from cablestudy.study.suspension.notes import damping_notes, law_notes, notes_of, strength_warning
 from cablestudy.study.suspension.report import mode_table
 from cablestudy.study.tolerances import STUDY
@@ -93,12 +103,15 @@ class ControlledChoice(CoupledChoice):
         closed_loop, motion = self.closed_loop, self.closed_loop.plant.viscous_motion
         kept, every = len(self.chosen), motion.shapes.shape[1]
         names = [f"mode_{k + 1}" for k in self.chosen.tolist()] + [f"residual_{k + 1}" for k in range(every - kept)]
-        loads, control = closed_loop.plant.loads_on_bodies, self.loop and self.loop.linear
+        plant, control = closed_loop.plant, self.loop and self.loop.linear
+        loads, shapes = plant.loads_on_bodies, with_strokes(motion.shapes, len(motion) - every)
         if not residual:
             left = np.delete(np.arange(len(motion)), np.arange(kept, every))
-            space, names, loads = np.eye(len(motion))[:, left], names[:kept], loads[left]
+            space, names, loads, shapes = np.eye(len(motion))[:, left], names[:kept], loads[left], shapes[:, left]
             motion, control = replace(motion.within(space), scale=motion.scale[left]), control and control.within(space)
         system = labelled(closed_loop, motion, names, loads)
+        if self.options.wind:
+            system = with_node_forces(system, closed_loop.layout, plant.modes.model.coordinates, shapes)
         measured = measured_by(closed_loop) if self.loop else ()
         return state_space_of(system, None, control, measured, closed_loop.actuators)
 
@@ -153,7 +166,7 @@ def _of_loop(closed_loop):
     yield f"loop: {gains}; notches: {', '.join(notches) or 'none'}"
 
 
-def chosen_modes(found, options, share):
+def chosen_modes(found, options, share=None):
     """Indices of the modes to keep, ascending, from 0.
 
     Parameters
@@ -163,9 +176,9 @@ def chosen_modes(found, options, share):
     options : StateSpaceOptions
         Modes of bodies, which are of no kind, are kept with those of the `kinds`; with an `error` those that coincide
         are kept together.
-    share : callable
-        Function without arguments -> share of each mode in the inertia between an input and an output, shape (n,), see
-        `inertia_shares`, and the names of both; for an `error` alone.
+    share : (ndarray, tuple of str), optional
+        Share of each mode in the inertia between an input and an output, shape (n,), see `inertia_shares`, and the
+        names of both; for an `error`.
 
     Raises
     ------
@@ -180,8 +193,7 @@ def chosen_modes(found, options, share):
         return allowed[found.frequency[allowed] <= options.limit]
     if options.error is not None:
         which = f"the{kinds} ones of the {len(found)}" if kinds else f"the {len(found)}"
-        shares, names = share()
-        chosen = fewest_modes(shares, allowed, options.error, which, names)
+        chosen = fewest_modes(share[0], allowed, options.error, which, share[1])
         for first, last in found.coincident:  # counted from 1
             run = np.arange(first - 1, last)
             if np.isin(run, chosen).any():
@@ -221,13 +233,14 @@ def choose_controlled(document, scene, options, highest=None):
     require(document, scene, [NEEDS[options.attached]], f"ssm --with {options.attached}")
     case = SuspensionCase(scene)
     measured = scene.control.measured if options.attached == "loop" else ()
-    if measured is not None:
+    if measured is not None and not options.wind:
         named_channels(options, *_channel_names(case, measured))
     size = max(options.count or 0, MOTION.model_modes[0])
     full_loop = case.analysis.closed_loop_of(size)
     if measured is None:  # follows from what the winches move
         measured = full_loop.body.measured
-        named_channels(options, *_channel_names(case, measured))
+        if not options.wind:  # else the names depend on the elements
+            named_channels(options, *_channel_names(case, measured))
     if options.upto:
         full_loop = _with_mode_above(case.analysis, full_loop, options.limit, np.inf)
     elif highest and not (options.count or options.error):
@@ -252,8 +265,8 @@ def choose_controlled(document, scene, options, highest=None):
 def _chosen(case, closed_loop, size, options, measured):
     """The `ClosedLoop` with enough modes, at first so many (`size`), and the `chosen_modes` of it; raises as that."""
     while True:
+        share = None if options.error is None else _inertia_shares(case, closed_loop, options, measured)
         try:
-            share = partial(_inertia_shares, case, closed_loop, options, measured)
             return closed_loop, chosen_modes(closed_loop.modes, options, share)
         except (SceneError, NoSolutionError):
             if options.upto or len(closed_loop.modes) < size or size >= MOTION.most_body_modes:
@@ -271,11 +284,13 @@ def _inertia_shares(case, closed_loop, options, measured):
     inputs, outputs = _channel_names(case, measured)
     given, shown = (options.inputs or inputs)[0], (options.outputs or outputs)[0]
     system = closed_loop.plant.full_system.viscous()
+    if options.wind:
+        system = with_node_forces(system, closed_loop.layout, closed_loop.modes.model.coordinates)
     own_inputs, own_outputs = ([name for name, _ in pairs] for pairs in (system.inputs, system.outputs))
     if given in own_inputs:
         column = np.eye(len(own_inputs))[own_inputs.index(given)]
     else:  # reference.x
-        rates = closed_loop.body.allocation.matrix[:, inputs.index(given)]
+        rates = closed_loop.body.allocation.matrix[:, number_of("--input", given, inputs)]
         column = np.pad(rates, (0, len(own_inputs) - len(rates)))
     if shown in own_outputs:
         row = np.eye(len(own_outputs))[own_outputs.index(shown)]
