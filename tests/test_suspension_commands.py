@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from command import CONFIGS, ROOT, refusal, rows_of, run, study_file, table_of, written
 from scenes import scene_of
-from solved import contents
+from solved import contents, solve
 from suspension_cases import SUSPENSIONS
 from twins import end_places, held
 
@@ -410,7 +410,11 @@ def test_a_case_without_equilibrium_leaves_the_others_as_they_are():
         ("frequency_999999", "unknown column 'frequency_999999' (frequency_K: K is a whole number from 1 to "),
         ("disc.frequency_static_7", "unknown column 'disc.frequency_static_7' (did you mean "),
         ("preload", "preload is a column of a single cable; here it is CABLE.preload"),
-        ("gondola_rms", "gondola_rms is a column of a single cable"),
+        ("gondola_rms", "gondola_rms is a column of a single cable; here it is disc.rms_x"),
+        ("tension_rms", "tension_rms is a column of a single cable; here it is CABLE.rms_tension"),
+        ("axial_frequency_2", "axial_frequency_2 is a column of a single cable; here it is CABLE.axial_frequency_2"),
+        ("gondola_rms_all_wind", "gondola_rms_all_wind is a column of a single cable"),
+        ("rms_tension", "unknown column 'rms_tension' (of one cable tension_rms; a part of a suspension has it: NAME."),
         ("w1.utilisation", "w1.utilisation needs the key cables.w1.breaking_force, which the scene does not have"),
         (
             "max_utilisation",
@@ -428,11 +432,16 @@ def test_an_unknown_column_is_told_at_its_place(column, message):
         assert line.endswith(message)
 
 
+def test_the_column_of_newton_steps_has_those_that_explain_tells():
+    scene = SUSPENSIONS / "fast.yaml"
+    steps = solve(str(scene), "iterations").values["iterations"]
+    assert f"; {steps} Newton steps, " in run("static", scene, "--explain").err
+
+
 def test_columns_of_a_gondola_need_one():
     name = study_file(".", "vary: [{gravity: [9.81]}]\ncolumns: [sag, gondola.x, frequency_2]\n", CONFIGS / "guy.yaml")
     assert run("sweep", name, code=2).lines == [
         f"{name}:3:16: columns.1: no body, free point, cable or link gondola (allowed: cable)",
-        f"{name}:3:27: columns.2: frequency_2 needs the key gondola.mass, which the scene does not have",
     ]
 
 

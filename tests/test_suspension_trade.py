@@ -169,7 +169,7 @@ def test_the_columns_by_default():
         ("cabin.stifness_zz", "unknown column 'cabin.stifness_zz' (did you mean cabin.stiffness_zz?)"),
         ("cabn.z", "no body, free point, cable or link cabn (did you mean cabin?)"),
         ("preload", "preload is a column of a single cable; here it is CABLE.preload"),
-        ("end_stiffness", "end_stiffness is a column of a single cable"),
+        ("end_stiffness", "end_stiffness is a column of a single cable; here it is cabin.stiffness_xx"),
         ("cabin.mass", "cabin.mass does not depend on the model"),
         ("cabin.z,cabin.z_m", "cabin.z is listed twice"),
     ],

@@ -18,6 +18,7 @@ from cablestudy.statics.suspension import AXES
 from cablestudy.study.cable_columns import COLUMNS, FAMILIES, family_member
 from cablestudy.study.column import Column, written_key
 from cablestudy.study.suspension.part_columns import (
+    OF_ONE_CABLE,
     WHOLE,
     all_cable_columns,
     body_columns,
@@ -113,7 +114,9 @@ def _suggestion(path, quantity):
     if "safety" in name:
         return "did you mean utilisation? it is 1 over the safety factor"
     if of_part := _column_of_name(f"NAME.{name}", _columns_of_path("NAME")):
-        return f"a part of a suspension has it: {of_part.name}, with the name of a body, point or cable"
+        own_names = (own for own, twin in OF_ONE_CABLE.items() if twin.partition(".")[2] == of_part.name[5:])
+        of_one = next((f"of one cable {own}; " for own in own_names), "")
+        return f"{of_one}a part of a suspension has it: {of_part.name}, with the name of a body, point or cable"
     names = [column.name for column in (*COLUMNS, *FAMILIES, *OF_SUSPENSIONS)]
     spellings = name, re.sub(r"\d+", "K", name), name.lower()
     similar = next(filter(None, (get_close_matches(spelling, names, 1) for spelling in spellings)), None)

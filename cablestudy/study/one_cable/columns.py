@@ -25,31 +25,21 @@ from cablestudy.study.suspension.equilibrium_errors import EquilibriumErrors
 from cablestudy.study.suspension.group import Group
 from cablestudy.study.tolerances import STUDY
 
+
+def _by_twin(twins):
+    """Name of a column in a suspension -> its name in a scene of one cable, from `TWINS` or a like table: dict."""
+    return {twin.replace("CABLE", CABLE).replace("BODY", GONDOLA): own for own, twin in twins.items()}
+
+
 # name of a column in a suspension -> its name in a scene of one cable
 ALIASES = {
     "cable_mass": "mass",
     "max_utilisation": "utilisation",
-    **{f"{CABLE}.{theirs}": own for own, theirs in part_columns.INSTEAD.items()},
-    **{
-        f"{CABLE}.{column.name}": column.name
-        for column in (*part_columns.OF_CABLES, *part_columns.FURTHER_OF_CABLES.values())
-    },
-    f"{CABLE}.clearance": "clearance",
-    **{f"{GONDOLA}.stiffness_{axes}": f"end_stiffness{end}" for axes, end in {
-        "xx": "", "yy": "_yy", "zz": "_zz", "xz": "_xz", "zx": "_xz"}.items()},
-    f"{GONDOLA}.frequency_x": "gondola_frequency",
-    f"{GONDOLA}.share_x": "gondola_share",
-    f"{GONDOLA}.damping_ratio_x": "gondola_damping_ratio",
-    f"{GONDOLA}.mean_x": "mean_displacement",
-    **{f"{GONDOLA}.{name}_x": name for name in ("linear_range", "force_displacement")},
-    **{f"{GONDOLA}.{name}": name for name in ("peak", "exposure", "corrected", "corrected_exposure")},
-}  # fmt: skip
-# likewise, of a cable with fixed ends only
-OF_BARE_CABLE = {
-    f"{CABLE}.rms_tension": "tension_rms",
-    **{f"{CABLE}.{name}": name for name in ("midspan_rms", "slack_probability", "least_tension", "peak_utilisation")},
-    "max_peak_utilisation": "peak_utilisation",
+    f"{GONDOLA}.stiffness_zx": "end_stiffness_xz",
+    **_by_twin(part_columns.TWINS),
 }
+# likewise, of a cable with fixed ends only
+OF_BARE_CABLE = _by_twin(part_columns.TWINS_OF_BARE_CABLE) | {"max_peak_utilisation": "peak_utilisation"}
 # keys of a suspension -> those of a scene of one cable
 KEYS = {"control": "winch.controller", f"cables.{CABLE}.section_breaking_force": "cable.section_breaking_force"}
 

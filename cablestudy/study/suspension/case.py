@@ -123,11 +123,13 @@ class SuspensionCase(SuspensionAtRest, ComparedCase):
         return modes.error + self.group.mode_errors[self.index]
 
     def error_of(self, column, number, error=None):
-        """Estimated relative error of a number in a column; NaN where it is not known. [-]
+        """Estimated relative error of a number in a column; NaN where it is not known, None where none is stated. [-]
 
         That by drag is added for loop and wind, whose functions state an `error`; for others it is that of statics.
         With `estimate` it is the difference from the number of the model `finer`.
         """
+        if column.name == "iterations":
+            return None
         if error is None:
             error = self.statics_error(column, number)
         elif column.needs in CLOSED and error:

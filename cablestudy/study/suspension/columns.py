@@ -6,7 +6,7 @@ from cablestudy.study.column import lacking_key, without_key
 from cablestudy.study.columns import COUPLED_MODE, find
 from cablestudy.study.suspension.part_columns import (
     FORCES,
-    INSTEAD,
+    OF_ONE_CABLE,
     WHOLE,
     all_cable_columns,
     body_columns,
@@ -98,7 +98,14 @@ def _why_not_of_whole(scene, column):
         return without_key(column, key)
     if COUPLED_MODE.fullmatch(column.name):
         return ""
-    hint = ""
-    if column.name in INSTEAD or f".{column.name}" in {other.name for other in all_cable_columns("")}:
-        hint = f"; here it is CABLE.{INSTEAD.get(column.name, column.name)}"
-    return f"{column.name} is a column of a single cable{hint}"
+    hint = _name_of_twin(scene, column.name)
+    return f"{column.name} is a column of a single cable{hint and f'; here it is {hint}'}"
+
+
+def _name_of_twin(scene, name):
+    """Name that a column of one cable has in a suspension, with CABLE and BODY if there are several; empty for none."""
+    twin = f"CABLE.{name}" if family_member(name) else OF_ONE_CABLE.get(name, "")
+    for word, names in (("CABLE", scene.cables), ("BODY", scene.bodies)):
+        if len(names) == 1:
+            twin = twin.replace(word, *names)
+    return twin

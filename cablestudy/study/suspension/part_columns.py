@@ -45,6 +45,32 @@ FURTHER_OF_CABLES = {
     for column in COLUMNS
     if column.name == name
 }
+# column of one cable -> that of a cable or a body of a suspension, for their names CABLE and BODY
+TWINS = {
+    **{own: f"CABLE.{twin}" for own, twin in INSTEAD.items()},
+    **{column.name: f"CABLE.{column.name}" for column in (*OF_CABLES, *FURTHER_OF_CABLES.values())},
+    "clearance": "CABLE.clearance",
+    **{f"end_stiffness{end}": f"BODY.stiffness_{axes}" for end, axes in {
+        "": "xx", "_yy": "yy", "_zz": "zz", "_xz": "xz"}.items()},
+    **{f"gondola_{name}": f"BODY.{name}_x" for name in ("frequency", "share", "damping_ratio")},
+    "mean_displacement": "BODY.mean_x",
+    **{name: f"BODY.{name}_x" for name in ("linear_range", "force_displacement")},
+    **{name: f"BODY.{name}" for name in ("peak", "exposure", "corrected", "corrected_exposure")},
+}  # fmt: skip
+# likewise, of a cable with fixed ends only
+TWINS_OF_BARE_CABLE = {
+    "tension_rms": "CABLE.rms_tension",
+    **{name: f"CABLE.{name}" for name in ("midspan_rms", "slack_probability", "least_tension", "peak_utilisation")},
+}
+# all of these, and columns of one cable to which those of a suspension come near
+OF_ONE_CABLE = {
+    **TWINS,
+    **TWINS_OF_BARE_CABLE,
+    "cable_frequency": "CABLE.inplane_frequency_1",
+    "gondola_frequency_static": "BODY.frequency_static_1",
+    **{f"gondola_rms{state}": f"BODY.rms_x{state}" for state in ("", "_open_loop")},
+    **{f"gondola_rms_velocity{state}": f"BODY.rms_velocity{state}" for state in ("", "_open_loop")},
+}
 TENSIONS = tuple(
     replace(column, name=INSTEAD[column.name], meaning=f"tension at the end `{INSTEAD[column.name][8:]}`")
     for column in COLUMNS
@@ -307,5 +333,7 @@ WHOLE = (
               np.fmax, "cables.*.section_breaking_force"),
     PEAK_UTILISATION,
     _over_all("cable_mass", "kg", "mass of all cables", CABLE_MASS.compute, np.add, of_reference=True),
+    *(replace(column, compute=lambda case: int(case.equilibrium.record.steps))
+      for column in COLUMNS if column.name == "iterations"),
     *(column for column in COLUMNS if column.needs in ("limits", "run")),
 )  # fmt: skip
