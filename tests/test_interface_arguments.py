@@ -203,8 +203,10 @@ def recursive():
 def test_an_argument_that_there_is_not_is_told_what_there_is():
     with pytest.raises(TypeError, match=r"^load: got an unexpected keyword .* 'sets' \(it takes path, set, case\)"):
         cs.load(GUY, sets={})
-    with pytest.raises(TypeError, match=r"^modes: too many positional arguments \(it takes count, upto, coupled\)"):
-        cs.load(GUY).modes(1, 2, True, 3)
+    with pytest.raises(
+        TypeError, match=r"^modes: too many positional arguments \(it takes count, upto, coupled, cable\)"
+    ):
+        cs.load(GUY).modes(1, 2, True, "cable", 3)
     with pytest.raises(TypeError, match=r"^find: missing a required argument: 'goal'"):
         cs.find(GUY)
 

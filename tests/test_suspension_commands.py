@@ -135,8 +135,26 @@ def test_options_of_one_cable_and_of_suspensions():
     assert run("static", scene(), "--shape", "--table", "cables", code=2).err == alone
     carlina = CONFIGS / "carlina.yaml"
     assert run("static", carlina, "--table", "cables", code=2).err == "--table: no effect: the scene has one cable\n"
-    assert run("modes", carlina, "--cable", "n1", code=2).err == "--cable: no effect: the scene has one cable\n"
+    assert refusal("modes", carlina, "--cable", "n1") == "--cable n1: no such cable (allowed: cable)"
+    both = "--cable: no effect: --coupled has the modes of cable and gondola together"
+    assert refusal("modes", carlina, "--cable", "cable", "--coupled") == both
     assert "bodies" in run("static", scene(), "--table", "lines", code=2).err
+
+
+@pytest.mark.parametrize(
+    ("options", "of_suspension"),
+    [
+        (("modes", "carlina.yaml", "-n", "3"), ("--cable", "cable")),
+        (("static", "point-load.yaml", "--locus", "load1:3"), ("--locus", "cable.load1:3")),
+        (("loop", "carlina-pid.yaml", "--time", "1s:3"), ("--input", "winch.cable", "--output", "gondola.x")),
+        (("loop", "carlina-pid.yaml", "--time", "1s:3", "--input", "reference"), ("--input", "reference.x")),
+    ],
+)
+def test_one_cable_takes_the_names_that_its_parts_have_in_a_suspension(options, of_suspension):
+    command, name, *own = options
+    others = own[:-2] if own[-2] == of_suspension[0] else own
+    path = CONFIGS / name
+    assert table_of(command, path, *others, *of_suspension) == table_of(command, path, *own)
 
 
 @pytest.mark.parametrize("name", ["guy", "zipline", "slack"])

@@ -105,7 +105,7 @@ def check_options_of_static(given):
 @scene_command
 @click.option("-n", "count", type=click.IntRange(1, 100_000), help="Number of modes, from the lowest. Default: 12.")
 @click.option("--upto", metavar="FREQ", help="All up to a frequency instead, e.g. 20 Hz.")
-@click.option("--cable", metavar="NAME", help="Suspensions only: modes of this cable with fixed ends.")
+@click.option("--cable", metavar="NAME", help="Modes of this cable with fixed ends.")
 @click.option("--coupled", is_flag=True, help="One cable only: modes as of a suspension, coupled with its gondola.")
 @click.option("--animate", metavar="FILE", help="Draw the modes in motion too: .gif, or .html of one file.")
 def modes(scene, sets, case, count, upto, cable, coupled, animate, style, plot, explain, quiet):
@@ -222,7 +222,7 @@ def trade(scene, sets, case, names, repeats, out, style, plot, explain, quiet):
     help="With --time: a step of the winch (the default) or of the reference, a gust, or a step of the wind speed: "
     "winch, reference, gust, wind. For suspensions winch.CABLE and reference.x.",
 )  # fmt: skip
-@click.option("--output", metavar="NAME", help="With --time, suspensions only: coordinate of the body, e.g. gondola.x.")
+@click.option("--output", metavar="NAME", help="With --time: coordinate of the body, e.g. gondola.x.")
 @click.option(
     "--size", metavar="SIZE", help="Size of the input. Default: 1 mm, or 3 standard deviations of the turbulence."
 )

@@ -69,6 +69,14 @@ def limits(scene):
     return Answer(tables=only(limits_table(checks)), warnings=warnings, failures=(reason,) if reason else ())
 
 
+def check_cable(name, cables):
+    """Refuse the name of a cable that is none of the `cables` of a scene: SceneError; None is no name."""
+    from cablestudy.scene.fields import suggestion
+
+    if name is not None and name not in cables:
+        raise SceneError(f"--cable {name}: no such cable ({suggestion(name, cables)})")
+
+
 def frequency_limit(count, upto):
     """The frequency up to which modes are asked for [Hz], or None; SceneError where a number of them is given too."""
     from cablestudy.scene.units import read_positive

@@ -4,7 +4,15 @@ from dataclasses import replace
 
 from cablestudy.errors import SceneError
 from cablestudy.interface.answer import Answer, only
-from cablestudy.interface.answers import DEFAULT_MODES, SHARED, coupled_modes, fewer_modes, frequency_limit
+from cablestudy.interface.answers import (
+    DEFAULT_MODES,
+    SHARED,
+    check_cable,
+    coupled_modes,
+    fewer_modes,
+    frequency_limit,
+)
+from cablestudy.scene.scene import CABLE
 
 ONE_CABLE = "no effect: the scene has one cable"
 WIND_ON = {"gondola": "gondola", "cable": "the cable of the gondola", "both": "gondola and cable"}  # in titles
@@ -25,8 +33,11 @@ def shape(scene, estimate=False):
     return replace(answer, tables={} if answer.failures else only(shape_table(answer.case)))
 
 
-def modes(scene, count=None, upto=None, coupled=False, estimate=False):
+def modes(scene, count=None, upto=None, cable=None, coupled=False, estimate=False):
     """Answer of the command modes: natural frequencies and types of the modes of the cable; see `Scene.modes`."""
+    check_cable(cable, [CABLE])
+    if coupled and cable:
+        raise SceneError("--cable: no effect: --coupled has the modes of cable and gondola together")
     if coupled:
         return _coupled_modes(scene, count, upto)
     from cablestudy.study.notes import fixed_gondola, long_cable, reference_without_loads
@@ -43,7 +54,7 @@ def modes(scene, count=None, upto=None, coupled=False, estimate=False):
         tables=only(with_lock_in(table, diameters_of_modes(table, scene.model.wind_diameter))),
         explain=lambda: (*notes, *tension_notes(scene.model, case.results)),
         warnings=(
-            *fixed_gondola(scene.model),
+            *(fixed_gondola(scene.model) if cable is None else ()),
             *reference_without_loads(scene.model),
             *long_cable(case),
             *warnings,
@@ -121,8 +132,6 @@ def solve_loop(scene, frequency_range, time_options, table, estimate):
         from cablestudy.study.column import require
         from cablestudy.study.loop_in_time import input_and_output
 
-        if time_options.output is not None:
-            raise SceneError(f"--output: {ONE_CABLE}")
         require(scene.document, scene.model, loop_report.LOOP_KEYS, "loop")
         input_and_output(scene.document, scene.model, time_options)
     answer = _answer_of_row(scene, *loop_report.loop_table(scene.document, scene.model, estimate), draw=None)

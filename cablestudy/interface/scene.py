@@ -114,7 +114,11 @@ class Scene(SceneCommands):
 
     @checked
     def modes(
-        self, count: Modes | None = None, upto: Frequency | None = None, coupled: bool = False
+        self,
+        count: Modes | None = None,
+        upto: Frequency | None = None,
+        coupled: bool = False,
+        cable: Text | None = None,
     ) -> pandas.DataFrame:
         """The modes with fixed ends: pandas.DataFrame.
 
@@ -126,8 +130,10 @@ class Scene(SceneCommands):
             All up to this frequency instead, in Hz or with a unit.
         coupled : bool
             Those of gondola and cable together instead, as for a suspension.
+        cable : str, optional
+            "cable", the name of the only one: its modes, as by default.
         """
-        return self.compute("modes", count=count, upto=upto, coupled=coupled).frame()
+        return self.compute("modes", count=count, upto=upto, coupled=coupled, cable=cable).frame()
 
     @checked
     def windrms(self, on: WindOn | None = None) -> Values:
@@ -184,7 +190,7 @@ class Scene(SceneCommands):
         length : float or str, optional
             Time that a gust lasts, in s or with a unit; by default length scale of the turbulence over wind speed.
         output : str, optional
-            Suspensions only: the coordinate of a body that is shown, for example "gondola.x".
+            The coordinate of a body that is shown, for example "gondola.x"; of one cable there is no other.
         """
         timed = {"input": input, "size": size, "length": length, "output": output}
         return self.compute("loop", time=time, **timed).frame()

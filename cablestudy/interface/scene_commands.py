@@ -36,7 +36,6 @@ class SceneCommands:
     # option, command or attachment that such a scene does not have -> why
     absent: ClassVar[Mapping[str, str]] = {
         "table": f"--table: {ONE_CABLE}",
-        "cable": f"--cable: {ONE_CABLE}",
         "form": f"--form-finding: {ONE_CABLE}",
         "actuators": f"--with actuators: {ONE_CABLE}",
     }

@@ -6,9 +6,8 @@ from collections.abc import Callable, Mapping, Set
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from cablestudy.errors import SceneError
 from cablestudy.interface.answer import Answer, Tables, only
-from cablestudy.interface.answers import DEFAULT_MODES, SHARED, coupled_modes, fewer_modes, frequency_limit
+from cablestudy.interface.answers import DEFAULT_MODES, SHARED, check_cable, coupled_modes, fewer_modes, frequency_limit
 from cablestudy.interface.arguments import checked
 from cablestudy.interface.kinds import Frequency, Modes, Text, WindOn
 from cablestudy.interface.scene import Scene
@@ -67,14 +66,12 @@ def modes(scene, count=None, upto=None, cable=None, estimate=False):
 def _modes_of_cable(case, name, size, limit):
     """The modes of one cable between its ends where they are, both held."""
     from cablestudy.motion.airflow import wind_diameters
-    from cablestudy.scene.fields import suggestion
     from cablestudy.study.one_cable.case_modes import solved_modes
     from cablestudy.study.one_cable.report import modes_as_rows
     from cablestudy.study.vibration import diameters_of_modes, with_lock_in
 
     case.refuse_lost(name)
-    if name not in case.scene.cables:
-        raise SceneError(f"--cable {name}: no such cable ({suggestion(name, case.scene.cables)})")
+    check_cable(name, case.scene.cables)
     cable, found, _ = solved_modes(case.cable_modes.cases[name], None if limit else size, limit)
     table = modes_as_rows(cable, found, range(len(found)), {})
     diameter = wind_diameters(case.scene)[case.cable(name)]

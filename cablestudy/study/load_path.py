@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError
 from cablestudy.scene.document import read_document
 from cablestudy.scene.fields import suggestion
-from cablestudy.scene.scene import read_scene
+from cablestudy.scene.scene import CABLE, read_scene
 from cablestudy.scene.words import first_of
 from cablestudy.study.columns import find
 from cablestudy.study.point_loads import FIELDS, NO_GROUND, fields_in, lacks_clearance, loaded_cables, rows_of_loads
@@ -66,6 +66,7 @@ def load_path(document, scene, option):
 def _load_and_count(option, names):
     """Name of a load and number of positions; SceneError where one of them is wrong."""
     name, colon, count = option.partition(":")
+    name = name if name in names else name.removeprefix(f"{CABLE}.")  # as of a suspension
     if name not in names:
         raise SceneError(f"--locus {option}: no such load ({suggestion(name, list(names))})")
     position_count = int(count) if re.fullmatch(r"[0-9]{1,4}", count) else 0

@@ -194,7 +194,7 @@ class InputAndOutput:
     """Input and output of a response in time, which options of the command `loop` name.
 
     A winch, reference or output may have one name for the user and another one in the plant, the suspension without its
-    loop.
+    loop; options may have either.
     """
 
     winches: tuple  # names of all winches, for the user
@@ -237,7 +237,7 @@ def input_and_output(document, scene, options, measured=None):
     outputs = list(_shown_names([f"{body}.{name}" for name in measured], names))
     shown_input = names.get(options.input, options.input) or next(iter(winches))
     number_of("--input", shown_input, [*winches, *references, *OF_WIND])  # SceneError for an unknown input
-    output_number = number_of("--output", options.output, outputs) if options.output else 0
+    output_number = number_of("--output", names.get(options.output, options.output), outputs) if options.output else 0
     if shown_input in references and not options.output:
         output_number = list(references).index(shown_input)
     if shown_input in OF_WIND:
