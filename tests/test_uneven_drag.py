@@ -16,6 +16,7 @@ from scipy.interpolate import CubicSpline
 from scipy.linalg import eigh, eigvalsh
 from scipy.optimize import brentq, root
 from solved import solve
+from test_seen_motion import probability_of_a_level
 
 from cablestudy.cable.catenary import solve as solve_catenary
 from cablestudy.cable.geometry import lowest_point, points_along
@@ -298,6 +299,35 @@ def test_slow_motion_in_a_storm_is_that_of_400_pieces(name, monkeypatch):
         row = solve(of_scene, *wind)
         for column, value in wind.items():
             assert row.values[column] == pytest.approx(value, rel=row.errors[column] + 5e-6), column
+
+
+@pytest.mark.parametrize("name", campaign(CABLES, ["along", "little", "blown"]))
+def test_what_a_gondola_changes_slowly_is_that_of_400_pieces_whose_drag_follows_them(name):
+    """Its displacement by the steady wind, largest tension and way to slackness; as of a dead load up to 50 % off."""
+    scene = scene_of(name).model_dump(mode="json", exclude_unset=True)
+    scene["cable"] |= {"damping": {"time": 1e-3, "viscous": 1.0}, "breaking_force": 1e9}
+    scene["gondola"] |= {"area": 0.5, "drag_coefficient": 1.0}
+    names = ("mean_displacement", "peak", "peak_utilisation", "slack_probability", "gondola_rms_open_loop",
+             "gondola_rms_velocity_open_loop")  # fmt: skip
+    row = solve(scene | {"wind": SLOW | {"speed": 20.0}}, *names)
+    found, case, step = row.values, CableCase(scene_of(name)), 1e-5 * np.linalg.norm(CABLES[name][3])
+    near = np.array([pieces_of(name, case, shift * step)[1] for shift in (-2, -1, 1, 2)])
+    change, force = np.tensordot([1, -8, 8, -1], near, axes=1) / (12 * step), pieces_of(name, case)[1]
+    (*_, loads, pressure, direction), places = CABLES[name], [0, PIECES]
+    mean = 0.5 * pressure * np.cos(direction) / change[-1, 0]
+    assert found["mean_displacement"] == pytest.approx(1e3 * mean, rel=row.errors["mean_displacement"] + 2e-7)
+    for share, load in loads.items():  # before each load, and beyond it
+        force, change = (np.append(part, part[[round(share * PIECES)]], axis=0) for part in (force, change))
+        force[-1] += load
+        places += [round(share * PIECES), len(force) - 1]
+    tensions = np.linalg.norm(force[places], axis=-1)
+    slopes = np.abs(np.vecdot(force[places], change[places])) / tensions
+    largest = (tensions + slopes * found["peak"] / 1e3).max() / 1e9
+    assert found["peak_utilisation"] == pytest.approx(largest, rel=row.errors["peak_utilisation"] + 2e-7)
+    rms, rate = found["gondola_rms_open_loop"] / 1e3, found["gondola_rms_velocity_open_loop"] / 1e3
+    level = ((tensions / slopes)[:2].min() - abs(mean)) / rms
+    slack = probability_of_a_level(level, rate / (2 * np.pi * rms) * 600)
+    assert found["slack_probability"] == pytest.approx(slack, rel=row.errors["slack_probability"] + 1e-5, abs=1e-16)
 
 
 def stiffness_along_x(force, length, frequencies):

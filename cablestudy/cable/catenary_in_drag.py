@@ -145,12 +145,12 @@ class CatenaryInDrag(SegmentedCable):
     @cached_property
     def _by_slope(self):
         """Function of the position: displacement from the chord less that of `catenary`. [-]"""
-        return _integral(self.pieces, self.slope)
+        return integral(self.pieces, self.slope)
 
     @cached_property
     def _by_drag(self):
         """Function of the position: drag from end 1 on, less that of the uniform drag. [N]"""
-        return _integral(self.pieces, self.difference)
+        return integral(self.pieces, self.difference)
 
     # ---------------------------------------------------------------------- tensions between edges and points
 
@@ -376,7 +376,7 @@ def form_of_one(span, drag, parts):
     return in_drag(drag, solve(batch_of_one), parts).take(0)
 
 
-def _integral(pieces, vectors):
+def integral(pieces, vectors):
     """Function of positions, shares of the length, shape (..., i): integral from end 1 of vectors at the points."""
     width = pieces.width
     of_pieces = vectors.reshape(*width.shape, -1, 3)

@@ -175,6 +175,35 @@ def across(direction, tangent):
     return np.sqrt((normal**2).sum(axis=-1, keepdims=True)) * normal
 
 
+def turning_matrices(tangent, wind_direction):
+    """Matrices from the change of r' to that of the mean drag per unstretched length, of a cable that turns.
+
+    With the unit vector u of the wind and its part u_n across the tangent t, the drag |r'| |u_n| u_n changes by
+
+        [|u_n| u_n t^T - (t.u) (u_n u_n^T/|u_n| + |u_n| (I - t t^T)) - |u_n| t u_n^T] times the change of r'.
+
+    Parameters
+    ----------
+    tangent : ndarray, shape (..., 3)
+        Unit vectors t along the cable. [-]
+    wind_direction : ndarray, shape (3,)
+        u. [-]
+
+    Returns
+    -------
+    ndarray, shape (..., 3, 3)
+        Over rho/2 C_d d v^2, with the speed v. [-]
+    """
+    along = (tangent @ wind_direction)[..., None]  # t.u
+    normal = wind_direction - tangent * along  # u_n
+    a = np.sqrt((normal**2).sum(axis=-1, keepdims=True))
+    unit = normal / np.where(a > 0, a, 1.0)  # zero where the cable is along the wind
+    both = normal[..., :, None] * tangent[..., None, :]  # u_n t^T
+    across = np.eye(3) - tangent[..., :, None] * tangent[..., None, :]
+    turned = along[..., None] * (unit[..., :, None] * unit[..., None, :] + across)
+    return a[..., None] * (both - np.swapaxes(both, -1, -2) - turned)
+
+
 def uneven_drag(drag):
     """Make the function that computes the uneven part of the drag: that on the curved cable less that on its chord.
 

@@ -41,7 +41,7 @@ SENSITIVITY = {
 def mean_displacement(results):
     """Displacement of each gondola along x by `force_on_gondola`: that over the static stiffness. [m]"""
     with np.errstate(divide="ignore"):  # of cases that have no equilibrium
-        return results.force_on_gondola / results.end_stiffness_along(0)
+        return results.force_on_gondola / results.slow_stiffness
 
 
 def damping_ratio_of_gondola(case):
@@ -117,10 +117,17 @@ def _slack_probability(case):
             peaks.probability_of_change(wind, [name], mean, MOTION.crossings) for wind in winds for name, mean in ends
         )
     check_winch_speed(case)
+    distance_error = case.error_by_drag(_distance_to_slack)
+    return peaks.probability_of_change(
+        case.analysis, [GONDOLA_X], _distance_to_slack(case), distance_error=distance_error
+    )
+
+
+def _distance_to_slack(case):
+    """Displacement of a gondola from its mean along x at which the tension at an end falls to zero. [m]"""
     tensions, slopes = _tensions_and_slopes(case)
     with np.errstate(divide="ignore", invalid="ignore"):  # of an end that the gondola's displacement does not change
-        distance = float((tensions / slopes)[[0, -1]].min()) - abs(float(mean_displacement(case)))
-    return peaks.probability_of_change(case.analysis, [GONDOLA_X], distance)
+        return float((tensions / slopes)[[0, -1]].min()) - abs(float(mean_displacement(case)))
 
 
 def _peak_utilisation(case):

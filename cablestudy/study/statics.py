@@ -91,25 +91,23 @@ class ElementStatics:
         return sag_and_swing(self._state, midspan(self._state, self._middle))[0]
 
 
-def tensions_by_end_2(form, stiffness):
+def tensions_by_end_2(form, change):
     """Tensions at both ends of the k pieces of cables, and sizes of their changes with end 2, shape (..., k, 2) each.
-
-    The tension vector changes by as much all along the cable.
 
     Parameters
     ----------
-    form : Catenary or State
+    form : Catenary, CatenaryInDrag or State
         The cables in equilibrium.
-    stiffness : ndarray, shape (..., 3)
-        Force on end 2 along x, y and z per displacement along an axis. [N/m]
+    change : ndarray, shape (..., k + 1, 3)
+        Of the tension vector at the edges of the pieces, along x, y and z, per displacement of end 2. [N/m]
 
     Returns
     -------
     tensions : ndarray
         [N]
     changes : ndarray
-        Per displacement of end 2 along that axis. [N/m]
+        Per displacement of end 2. [N/m]
     """
-    tensions = form.edge_tensions
-    along = np.abs((form.edge_forces * stiffness[..., None, None, :]).sum(axis=-1))
+    tensions, of_ends = form.edge_tensions, np.stack([change[..., :-1, :], change[..., 1:, :]], axis=-2)
+    along = np.abs((form.edge_forces * of_ends).sum(axis=-1))
     return tensions, along / np.where(tensions > 0, tensions, 1.0)

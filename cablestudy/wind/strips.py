@@ -20,12 +20,12 @@ import numpy as np
 
 from cablestudy.cable.element import Mesh, basis, lagrange
 from cablestudy.cable.meshes import mesh_segments
-from cablestudy.cable.steady_drag import across
+from cablestudy.cable.steady_drag import across, turning_matrices
 from cablestudy.statics.suspension import outward_tangents
 from cablestudy.system.superelement import of_shapes, with_ends
 from cablestudy.wind.cable_pairs import Arcs, load_points
 from cablestudy.wind.coherence import gauss, rods
-from cablestudy.wind.drag import drag_matrices, turning_matrices
+from cablestudy.wind.drag import drag_matrices
 from cablestudy.wind.tolerances import WIND
 
 STRAIGHT = mesh_segments(np.ones(1), 1, 2)  # of a cable without mass

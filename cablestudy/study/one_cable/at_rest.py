@@ -1,6 +1,6 @@
 """One case of one cable at rest: its statics in closed form or by elements, each number computed when asked for."""
 
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -153,10 +153,16 @@ class OneCableAtRest:
         """Relative error of a number of the statics that is computed case by case, None where none is stated. [-]"""
         if not column.least_error or number is None:
             return column.least_error
-        error = max(column.least_error, self.statics_error)
-        if self.coarser is None:
-            return error
-        return max(error, float(errors_by_parts(number, number_of(column, self.coarser), self.form.least_errors)))
+        return max(column.least_error, self.statics_error, self.error_by_drag(partial(number_of, column)))
+
+    def error_by_drag(self, compute):
+        """Relative error of a number by the parts on which the drag of a steady wind varies; 0 without one. [-]
+
+        `compute` is a function of the case; the elements that a scene states have no such parts.
+        """
+        if self.coarser is None or not self.exact_statics:
+            return 0.0
+        return float(errors_by_parts(compute(self), compute(self.coarser), self.form.least_errors))
 
     @cached_property
     def coarser(self):
@@ -212,3 +218,9 @@ class OneCableAtRest:
         """
         results, index = self.statics_of_model
         return float(results.end_stiffness_along(axis, moved)[index])
+
+    @property
+    def slow_stiffness(self):
+        """Force on end 2 along x per slow displacement along x, see `Results.slow_stiffness`. [N/m]"""
+        results, index = self.statics_of_model
+        return float(results.slow_stiffness[index])

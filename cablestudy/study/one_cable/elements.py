@@ -275,10 +275,16 @@ class ElementResults(Results):
         return self._along[key]
 
     @property
-    def end_stiffness_of_x(self):
-        """Numbers of the closed form, see `Results`: those across the cable need no motion across it then. [N/m]"""
+    def tension_change(self):
+        """That of the closed form, see `Results`: across the cable it needs no motion across it then."""
         closed, indices = self._closed
-        return closed.end_stiffness_of_x[indices]
+        return lambda positions: closed.tension_change(positions)[indices]
+
+    @property
+    def slow_stiffness(self):
+        """Static stiffness of the elements along x, and what the closed form has more by drag that follows. [N/m]"""
+        closed, indices = self._closed
+        return self.end_stiffness_along(0) + (closed.slow_stiffness - closed.end_stiffness_along(0))[indices]
 
     @property
     def end_stiffness_chord(self):

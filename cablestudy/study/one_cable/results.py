@@ -9,6 +9,7 @@ from cablestudy.cable.catenary import solve
 from cablestudy.cable.catenary_in_drag import errors_by_parts, form_of_one, in_drag
 from cablestudy.cable.geometry import reach_beyond_ends
 from cablestudy.cable.meshes import edges_of_pieces
+from cablestudy.cable.moved_in_drag import changes_of_tension
 from cablestudy.cable.newton import UNDETERMINED
 from cablestudy.cable.span import CORES
 from cablestudy.cable.taut import lambda_squared
@@ -24,6 +25,7 @@ from cablestudy.study.statics import ClosedStatics, tensions_by_end_2
 from cablestudy.study.tolerances import STUDY
 
 NO_FORM = "no equilibrium in the steady wind: the drag on the cable and its form do not agree"
+ALONG_X = np.eye(2, 3, -1)  # movement of end 2, and none of end 1
 NO_MOTION = "the cable hangs folded: somewhere it has no tension, and no stiffness about it"
 
 
@@ -186,15 +188,26 @@ class Results:
             self._along[key] = self.span.stiffness_along(self.form.end_stiffness, *key)
         return self._along[key]
 
+    @cached_property
+    def tension_change(self):
+        """Change of the tension vector per slow displacement of end 2 along x, to which the drag follows, end 1 fixed.
+
+        Function of positions, shape (..., e), shares of the unstretched length: shape (n, e, 3), along x, y, z. [N/m]
+        """
+        if self.in_steady_wind:
+            return changes_of_tension(self.form, self.drag, ALONG_X)
+        stiffness = np.stack([self.end_stiffness_along(axis, 0) for axis in range(3)], axis=-1)[:, None]
+        return lambda positions: np.broadcast_to(stiffness, (len(stiffness), np.shape(positions)[-1], 3))
+
     @property
-    def end_stiffness_of_x(self):
-        """Force on end 2 along x, y and z per displacement of end 2 along x, end 1 fixed, shape (n, 3). [N/m]"""
-        return np.stack([self.end_stiffness_along(axis, 0) for axis in range(3)], axis=-1)
+    def slow_stiffness(self):
+        """Force on end 2 along x per slow displacement along x, as of `tension_change`, shape (n,). [N/m]"""
+        return self.tension_change(np.ones(1))[:, 0, 0] if self.in_steady_wind else self.end_stiffness_along(0)
 
     @cached_property
     def tensions_by_end_2(self):
         """Tensions at both ends of each piece [N], and sizes of their changes with end 2 [N/m], (n, k, 2) each."""
-        return tensions_by_end_2(self.form, self.end_stiffness_of_x)
+        return tensions_by_end_2(self.form, self.tension_change(self.form.edges))
 
     @property
     def end_stiffness_chord(self):
