@@ -5,6 +5,7 @@ import pytest
 from cables import EA, MASS, PAPER_CHORD, PAPER_LENGTH, G
 from command import CARLINA, SLACK
 from references import bars
+from references.bars_in_wind import BarsInWind
 from references.dense import condensed
 from references.loop_matrix import notch as notched
 from scenes import choice_of, scene
@@ -358,6 +359,37 @@ def test_the_position_of_the_gondola_is_that_of_the_state_space(path, place):
     for attached, choice in choices.items():
         expected = choice.system().response(S)[:, 0, 0]
         np.testing.assert_allclose(curves[attached](FREQUENCY), expected, rtol=1e-9)
+
+
+STORM = (
+    "cable={ends: [[0, 0, 0], [34.1, 0, 6]], axial_stiffness: 228 kN, mass_per_length: 0.15, diameter: 10 mm, "
+    "unstretched_length: 35.2, damping: {time: 1 ms, viscous: 0.05}}",
+    "gondola={mass: 5, area: 0.2, drag_coefficient: 1.1}", "wind.speed=20", "wind.aerodynamic_damping=true",
+    "cases.storm={wind: {speed: 25, direction: 1.2}}", "case=storm", "model={elements: 8, order: 1}",
+)  # fmt: skip
+
+
+def test_in_a_steady_wind_a_gondola_moves_as_on_bars_whose_own_drag_turns():
+    """With all modes over frequency, with few at rest, where the winch moves it by as much; of a dead load 7 % less."""
+    choice = choice_of(*STORM, attached="gondola")
+    wind = {"speed": 25, "direction": 1.2, "density": 1.2, "turbulence": (0,) * 3, "length_scale": 1,
+            "coherence_decay": 0}  # fmt: skip
+    law = {"time": 1e-3, "viscous": 0.05}
+    moving = BarsInWind(choice.case.equilibrium, 8, wind, [1.2 * 0.01], damping=law, mean=True)
+    damping = moving.C - np.einsum("kin,kij,kjm->nm", moving.moves, moving.drags, moving.moves)
+    damping[-1, -1] += 1.2 * 1.1 * 0.2 * 20
+    s = 2j * np.pi * np.array([1e-6, 0.1, 0.3, 1.0, 3.0])
+    expected = [np.linalg.inv(one**2 * moving.M + one * damping + moving.K)[-1, -1] for one in s]
+    np.testing.assert_allclose(choice.system().response(s)[:, 0, 1], expected, rtol=1e-9)
+    assert abs(np.linalg.inv(moving.dead)[-1, -1] / expected[0] - 1) > 0.07
+    for options in ({"count": 3}, {"count": 5, "kinds": "inplane"}):
+        few = choice_of(*STORM, attached="gondola", **options)
+        winch, force = few.system().response(s[:1])[0, 0]
+        assert force == pytest.approx(expected[0], rel=1e-9)
+        assert winch == pytest.approx(1, rel=1e-6)
+    truncated = choice_of(*STORM, attached="gondola", count=3, residual=False)
+    by_curve = truncated._by_winch("ground", s.imag / (2 * np.pi))
+    np.testing.assert_allclose(truncated.system().response(s)[:, 0, 0], by_curve, rtol=1e-9)
 
 
 def test_the_phase_goes_on_from_block_to_block():

@@ -10,7 +10,7 @@ q = y - m u with the coupling m of its modes to the ends; p = -W^2 m. D is the s
 modes take off it, Mr the inertia that they leave. C holds 2 zeta W of each mode of damping ratio zeta, and for the ends
 what the omitted modes add as slow movements of the ends meet them: the sum of 2 zeta p p^T/W^3. Hysteretic damping has
 no state space: each mode of the moving parts (gondola included) gets the viscous damping that dissipates the same
-energy per cycle.
+energy per cycle. Load stiffness of the cable is added to its stiffness; it is not symmetric, and modes are without it.
 """
 
 from dataclasses import replace
@@ -103,16 +103,22 @@ def linear_system(model, chosen, residual, nodes, gondola, location):
         free_names, outputs = (*names[:modes], OF_GONDOLA[0]), (*OF_GONDOLA, *FORCES)
     attached = np.eye(len(system), modes + ENDS)  # motions in which the gondola moves with its end
     attached[modes + ENDS :, ends[GONDOLA]] = 1.0
-    system = _with_outputs(_viscous(system, attached[:, free], modes + ENDS), ends, outputs)
+    system, scale = _viscous(system, attached[:, free], modes + ENDS), None
+    loads = _load_stiffness(model, chosen, residual)
+    if loads is not None:
+        system = replace(system, stiffness=system.stiffness + np.pad(loads, (0, len(system) - len(loads))))
+        scale = np.append(model.omega[chosen], np.ones(len(free) - modes))
+    system = _with_outputs(system, ends, outputs)
     with_imposed_ends = system.within(attached[:, free], np.eye(len(system))[:, imposed], inputs)
-    return replace(with_imposed_ends, coordinates=free_names), replace(system.within(attached), coordinates=names)
+    with_imposed_ends = replace(with_imposed_ends, coordinates=free_names, scale=scale)
+    return with_imposed_ends, replace(system.within(attached), coordinates=names)
 
 
 def _free_cable(model, chosen, residual, nodes):
     """`LinearSystem` of a cable with free ends: absolute amplitudes of chosen modes, six ends, forces on nodes.
 
     Absolute amplitudes y = q + m u of the omitted modes follow the ends statically, y = m u (q = 0), with `residual`;
-    else they are held at zero, q = -m u.
+    else they are held at zero, q = -m u. Load stiffness is not in the system.
     """
     modes, kept = len(model.omega), len(chosen)
     space, subtracted = np.zeros((modes + ENDS, kept + ENDS)), chosen if residual else np.arange(modes)
@@ -126,6 +132,16 @@ def _free_cable(model, chosen, residual, nodes):
     terms = np.abs(space).T @ np.abs(relative.damping) @ np.abs(space)
     damping = np.where(np.abs(system.damping) > CONTROL.cancelled_damping * terms, system.damping, 0.0)
     return replace(system, damping=damping)
+
+
+def _load_stiffness(model, chosen, residual):
+    """Load stiffness of the coordinates of `_free_cable`, shape (k + 6, k + 6); None without."""
+    loads = (model.condense if residual else model.truncate)(chosen).load_stiffness
+    if loads is None:
+        return None
+    relative, modes = np.eye(len(loads)), len(chosen)  # q = y - m u
+    relative[:modes, modes:] = -model.coupling[chosen]
+    return relative.T @ loads @ relative
 
 
 def _viscous(system, free, of_cable):

@@ -243,8 +243,10 @@ def _scale(system):
 
 def _states(system, actuators):
     """Name and unit of each state of the system with its actuators: list."""
-    names, every = system.coordinates, system.scale is not None
-    placed = [(f"{name}_amplitude", f"{unit}/s") if every or unit == MODAL else (name, unit) for name, unit in names]
+    names, strokes = system.coordinates, [f"{one.name}.stroke" for one in actuators]
+    placed = [
+        (f"{name}_amplitude", f"{unit}/s") if unit == MODAL or name in strokes else (name, unit) for name, unit in names
+    ]
     placed += [(f"{name.removesuffix('_position')}_velocity", f"{unit}/s") for name, unit in names]
     return placed + [(f"{one.name}.low_pass", "rad" if one.wheel else "m") for one in actuators if one.corner]
 

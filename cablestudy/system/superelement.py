@@ -193,10 +193,18 @@ class Superelement:
         """Copy whose load stiffness acts at the ends alone, as it does at rest: their `stiffness` has it."""
         if self.load_stiffness is None:
             return self
-        n, loads = len(self.omega), self.load_stiffness
-        followed = np.linalg.solve(np.diag(self.omega**2) + loads[:n, :n], loads[:n, n:])  # by the modes
-        of_ends = loads[n:, n:] - loads[n:, :n] @ followed
-        return replace(self, stiffness=self.stiffness + of_ends, load_stiffness=None)
+        return replace(self, stiffness=self.stiffness + self._loads_of(slice(0, 0)), load_stiffness=None)
+
+    def _loads_of(self, chosen):
+        """Load stiffness of some modes and the ends, which the other modes follow as at rest; None of none."""
+        if self.load_stiffness is None:
+            return None
+        loads, rows = self.load_stiffness, np.arange(len(self.load_stiffness))
+        modes, ends = np.split(rows, [len(self.omega)])
+        kept, others = np.append(modes[chosen], ends), np.delete(modes, chosen)
+        others_alone = np.diag(self.omega[others] ** 2) + loads[np.ix_(others, others)]
+        followed = np.linalg.solve(others_alone, loads[np.ix_(others, kept)])
+        return loads[np.ix_(kept, kept)] - loads[np.ix_(kept, others)] @ followed
 
     def _with_ends(self, matrix, chosen):
         """Rows and columns of the chosen modes and of all ends of a matrix of modes and ends; None of none."""
@@ -286,12 +294,18 @@ class Superelement:
             by_omitted = np.zeros_like(carried)
             by_omitted[:, len(kept.omega) :] = self.carried[:, omitted] @ held
             carried = carried + by_omitted
+        loads = self.load_stiffness
+        if loads is not None:
+            space = with_ends(np.eye(len(self.omega))[:, chosen])
+            space[omitted, len(kept.omega) :] = held
+            loads = space.T @ loads @ space
         return replace(
             kept,
             stiffness=self.stiffness + held.T @ (self.omega[omitted, None] ** 2 * held),
             inertia=self.inertia - held.T @ held,
             strain=strain,
             carried=carried,
+            load_stiffness=loads,
         )
 
     def inertia_share(self, force, displacement):
@@ -312,8 +326,11 @@ class Superelement:
         return shares(mass[:, force] * mass[:, displacement])
 
     def condense(self, chosen):
-        """Copy with only some modes, and at the ends the modal damping of the others against slow movements."""
-        kept = self.select(chosen)
+        """Copy with only some modes, and at the ends the modal damping of the others against slow movements.
+
+        The others follow the load stiffness as at rest.
+        """
+        kept = replace(self.select(chosen), load_stiffness=self._loads_of(chosen))
         if self.strain is not None:
             return kept
         omitted = np.ones(len(self.omega), dtype=bool)

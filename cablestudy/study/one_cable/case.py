@@ -240,6 +240,13 @@ class CableCase(OneCableAtRest, ComparedCase):
         return elements.ends(self.dynamics.planes).superelement(self.scene.cable.damping, row)
 
     @cached_property
+    def end_model_in_wind(self):
+        """The cable at its two ends in the air that damps its motion with the gondola: `Superelement`."""
+        from cablestudy.study.one_cable.system import end_model_in_wind
+
+        return end_model_in_wind(self)
+
+    @cached_property
     def cable_models(self):
         """Viscous damping -> `Cables`, filled by `analysis`."""
         return self._cache_of("cable_models", self.scene.cable.damping, self.scene.gondola is None)

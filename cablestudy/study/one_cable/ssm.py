@@ -57,11 +57,15 @@ class CableChoice(Choice):
         """Numbers of each force at the ends and displacement of them; of the end with the gondola where it has one."""
         return _pairs_of_ends(self.options)
 
+    @property
+    def model(self):
+        """`Superelement` of the cable with all its modes, with a gondola in the air that damps its motion."""
+        return self.case.end_model_in_wind if self.options.attached else self.case.end_model
+
     @cached_property
     def kept(self):
         """Superelement of the chosen modes."""
-        model = self.case.end_model
-        return model.condense(self.chosen) if self.options.residual else model.truncate(self.chosen)
+        return self.model.condense(self.chosen) if self.options.residual else self.model.truncate(self.chosen)
 
     @property
     def gondola(self):
@@ -78,7 +82,7 @@ class CableChoice(Choice):
         """The StateSpace of the cable, alone or with gondola or winch loop; NoSolutionError where it overflows."""
         case, options = self.case, self.options
         nodes = nodal_shapes(case) if options.wind else None
-        about = case.end_model, self.chosen, options.residual, nodes
+        about = self.model, self.chosen, options.residual, nodes
         if not options.attached:
             return state_space(*about)
         loop, highest = (self.whole.loop, self.delay_accurate_up_to) if options.attached == "loop" else (None, 0.0)
@@ -200,6 +204,9 @@ class CableChoice(Choice):
                 f"aerodynamic damping: {case.gondola_air_damping:.4g} N s/m on the gondola "
                 f"(wind.aerodynamic_damping: false leaves it out)"
             )
+        if case.results.drag.normal_drag[case.index]:
+            turned = "turns with the cable (wind.aerodynamic_damping: false leaves that out)"
+            notes.append(f"drag of the steady wind: {'a dead load' if self.model.load_stiffness is None else turned}")
         if options.attached == "loop" and case.scene.winch.delay:
             limit = self.delay_accurate_up_to / (2 * np.pi)
             notes.append(f"delay: Padé approximants, whose phase is accurate to 1e-7 up to {limit:.4g} Hz")

@@ -26,6 +26,8 @@ from cablestudy.study.load_cases import density_and_speed
 from cablestudy.study.motion_columns import GONDOLA_X, MIDSPAN
 from cablestudy.study.refinement import fixed_model
 from cablestudy.study.tolerances import STUDY
+from cablestudy.system.cable_coordinates import MeshGroup, ReducedCable
+from cablestudy.system.cables import Models
 from cablestudy.system.coupled_modes import coupled_modes
 from cablestudy.system.hanging_cables import Cables
 from cablestudy.wind.coherence import along_cable
@@ -234,6 +236,16 @@ def _in_airflow(case, scene, airflow, plants_and_loops, make_analysis):
     modes, drag = case.coupled_models.setdefault(damping.viscous, {}), case.results.drag.take([case.index])
     shared = fixed_model(case.scene, drag), plants_and_loops, cables_of(case, damping), modes
     return make_analysis(scene, equilibrium, equilibrium, airflow, *shared)
+
+
+def end_model_in_wind(case):
+    """The cable of a case with a gondola at its ends, in the air that damps their motion: `Superelement`."""
+    airflow, model, (elements, row) = case.analysis.airflow, case.end_model, case.model
+    if airflow is None:
+        return model
+    models, count = Models(cables_of(case, case.scene.cable.damping), [elements.state.mesh]), len(model.omega)
+    models.groups = [MeshGroup(np.zeros(1, dtype=int), elements.ends(case.dynamics.planes).take(np.array([row])))]
+    return airflow.damped(models, [ReducedCable(model, count, np.eye(count))], case.equilibrium)[0].element
 
 
 def gondola_mode_of(case):

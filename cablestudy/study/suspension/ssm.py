@@ -66,6 +66,7 @@ class SuspensionChoice(CoupledChoice):
             "not in A, B, C, D: the direct effect of velocity and acceleration of inputs on tensions and forces on ends"
             " (D1 and D2 of the file)",
             *([] if self.case.scene.winches else ["winches: the scene names none, and no cable is reeled in"]),
+            *(["drag of the steady wind: a dead load"] if self.case.scene.load_case.wind else []),
             *damping_notes(self.case.scene),
         ]
 
