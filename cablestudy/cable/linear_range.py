@@ -8,6 +8,7 @@ from cablestudy.cable import catenary
 from cablestudy.cable.bracketing import zeros_between
 from cablestudy.cable.catenary import Catenary
 from cablestudy.cable.catenary_in_drag import CatenaryInDrag, bounded_errors, in_drag
+from cablestudy.cable.moved_in_drag import changes_of_tension
 from cablestudy.cable.records import with_arrays
 from cablestudy.cable.span import Span
 from cablestudy.cable.steady_drag import SteadyDrag
@@ -80,7 +81,10 @@ class MovedCables:
 
     @property
     def stiffness(self):
-        """Restoring force per movement, the uniform load a dead load: sum of m^T K m, of relative movements. [N/m]"""
+        """Restoring force per small movement, to which drag follows: sum of m^T K m, of relative movements. [N/m]"""
+        if self.drag is not None:
+            change = changes_of_tension(self.at_rest, self.drag, self.moves)(np.array([0.0, 1.0]))
+            return float((np.array([-1.0, 1.0])[:, None] * change * self.moves).sum())
         moved = self.moves[:, 1] - self.moves[:, 0]
         return float((moved * (self.at_rest.global_end_stiffness @ moved[..., None])[..., 0]).sum())
 
@@ -117,7 +121,8 @@ def linear_range(at_rest, moves, drag=None):
     cables = MovedCables(at_rest.take(moving), moves[moving], drag.take(moving) if blown else None)
     at_rest = cables.at_rest
     chord, least = at_rest.span.chord, CABLE.movement_rounding
-    stiffness, error, found = (_in_wind if blown else _without_wind)(cables, chord.min())
+    stiffness, error = cables.stiffness, float(at_rest.least_errors.max()) if blown else 0.0
+    found = (_limits_in_wind if blown else _limits_without_wind)(cables, stiffness, error)
     if not found:
         return None, 0.0
     movement = float(min(found))
@@ -130,32 +135,24 @@ def linear_range(at_rest, moves, drag=None):
     return movement, float(bounded_errors(error))
 
 
-def _without_wind(cables, chord):
-    """Stiffness [N/m], its relative error and the limits (`_limits`) of cables of which the shortest has a chord."""
-    movements = np.geomspace(CABLE.least_movement, CABLE.largest_movement, 2 * CABLE.movements_at_once) * chord
-    stiffness = cables.stiffness
-    return stiffness, 0.0, _limits(cables, stiffness, 0.0, movements, cables.force(SIGNS * movements))
+def _limits_without_wind(cables, stiffness, error):
+    """`_limits` over all movements that are looked at; arguments as of that."""
+    movements = np.geomspace(CABLE.least_movement, CABLE.largest_movement, 2 * CABLE.movements_at_once)
+    return _limits(cables, stiffness, error, movements * cables.at_rest.span.chord.min())
 
 
-def _in_wind(cables, chord):
-    """Stiffness, error and limits as of `_without_wind`, of cables whose drag follows them.
-
-    The search begins about the range in which they are linear in uniform drag, a dead load.
-    """
-    longest = CABLE.largest_movement * chord
+def _limits_in_wind(cables, stiffness, error):
+    """`_limits` about the range in which the cables are linear in uniform drag, a dead load, then over longer ones."""
+    longest = CABLE.largest_movement * cables.at_rest.span.chord.min()
     in_dead_drag = linear_range(cables.at_rest.catenary, cables.moves)[0] or longest
     near, far = (min(factor * in_dead_drag, longest) for factor in CABLE.near_range)
-    movements = np.geomspace(near, far, CABLE.movements_at_once)
-    force = cables.force(SIGNS * movements)
-    stiffness, error, resolved = _stiffness_by_differences(movements, force)
-    found = _limits(cables, stiffness, error, movements[resolved:], force[:, resolved:])
-    if not found and far < longest:
-        movements = np.geomspace(far, longest, CABLE.movements_at_once)
-        found = _limits(cables, stiffness, error, movements, cables.force(SIGNS * movements))
-    return stiffness, error, found
+    found = _limits(cables, stiffness, error, np.geomspace(near, far, CABLE.movements_at_once))
+    if found or far == longest:
+        return found
+    return _limits(cables, stiffness, error, np.geomspace(far, longest, CABLE.movements_at_once))
 
 
-def _limits(cables, stiffness, error, movements, force):
+def _limits(cables, stiffness, error, movements):
     """Sizes of the movements of each sign at which a force first ceases to be linear, where it does: list. [m]
 
     Parameters
@@ -165,9 +162,8 @@ def _limits(cables, stiffness, error, movements, force):
         [N/m], and its relative error.
     movements : ndarray, shape (k,)
         Positive, ascending. [m]
-    force : ndarray, shape (2, k)
-        At them and at their negatives. [N]
     """
+    force = cables.force(SIGNS * movements)
 
     def beyond(movement, sign):
         """How much further from linear a force is than `CABLE.linear_difference`; 1 where there is no equilibrium."""
@@ -182,38 +178,6 @@ def _limits(cables, stiffness, error, movements, force):
         intervals = movements[ends - 1], movements[ends]
         found += zeros_between(beyond, *intervals, signs, rtol=CABLE.last_interval + error).tolist()
     return found
-
-
-def _stiffness_by_differences(movements, forces):
-    """Slope of a force at rest by its differences over movements of a geometric series, shape (k,). [N/m]
-
-    Each of those over +-x is combined with that over some larger movements, so that an error of x^2 is gone. Over the
-    least movements rounding counts, over the largest what is left: the best one is that about which they change least.
-
-    Parameters
-    ----------
-    movements : ndarray, shape (k,)
-        Positive, ascending. [m]
-    forces : ndarray, shape (2, k)
-        At them and at their negatives. [N]
-
-    Returns
-    -------
-    stiffness, error : float
-        [N/m], and relative
-    index : int
-        Index of the movement whose difference this is.
-    """
-    slopes, apart = (forces[0] - forces[1]) / (2 * movements), CABLE.movements_apart
-    ratio = (movements[apart] / movements[0]) ** 2
-    slopes = (ratio * slopes[:-apart] - slopes[apart:]) / (ratio - 1)
-    changes = np.lib.stride_tricks.sliding_window_view(np.abs(np.diff(slopes)), 2 * CABLE.neighbours).sum(axis=-1)
-    if np.isnan(changes).all():
-        return 0.0, 0.0, 0
-    best = int(np.nanargmin(changes))
-    index = best + CABLE.neighbours
-    stiffness = float(slopes[index])
-    return stiffness, float(changes[best]) / max(abs(stiffness), CABLE.tiny), index
 
 
 def _first_nonlinear(force, linear):

@@ -80,9 +80,6 @@ class CableTolerances:
     movements_at_once: int = 40
     # the least and the largest of them, over the range in drag that is a dead load
     near_range: tuple = (2.0**-8, 4.0)
-    # places between two differences over movements that are combined: one movement is twice the other
-    movements_apart: int = 4
-    neighbours: int = 3  # slopes to either side of one; the sum of the changes between them is its error
     # of the movement: what is found as near to it counts for its error, also that beyond it nothing is found
     beyond_limit: float = 1e-6
     last_interval: float = 2e-12  # where the force ceases to be linear, over the movement
