@@ -240,7 +240,7 @@ def _in_airflow(case, scene, airflow, plants_and_loops, make_analysis):
 
 def end_model_in_wind(case):
     """The cable of a case with a gondola at its ends, in the air that damps their motion: `Superelement`."""
-    airflow, model, (elements, row) = case.analysis.airflow, case.end_model, case.model
+    airflow, model, (elements, row) = case.analysis.airflow, case.end_model, case.elements
     if airflow is None:
         return model
     models, count = Models(cables_of(case, case.scene.cable.damping), [elements.state.mesh]), len(model.omega)
