@@ -294,17 +294,18 @@ class Superelement:
             by_omitted = np.zeros_like(carried)
             by_omitted[:, len(kept.omega) :] = self.carried[:, omitted] @ held
             carried = carried + by_omitted
-        loads = self.load_stiffness
-        if loads is not None:
-            space = with_ends(np.eye(len(self.omega))[:, chosen])
-            space[omitted, len(kept.omega) :] = held
-            loads = space.T @ loads @ space
+        space = with_ends(np.eye(len(self.omega))[:, chosen])
+        space[omitted, len(kept.omega) :] = held
+        air, loads = (
+            None if matrix is None else space.T @ matrix @ space for matrix in (self.air, self.load_stiffness)
+        )
         return replace(
             kept,
             stiffness=self.stiffness + held.T @ (self.omega[omitted, None] ** 2 * held),
             inertia=self.inertia - held.T @ held,
             strain=strain,
             carried=carried,
+            air=air,
             load_stiffness=loads,
         )
 
