@@ -276,8 +276,8 @@ def test_every_timing_solves_the_statics_anew(monkeypatch):
         monkeypatch.setattr(type(STUDY), name, 60.0)
     monkeypatch.setattr(results, "solve", lambda span: calls.append(1) or solve(span))
     trade.compare(PAPER.scene(), columns(*MOTION[:2]), 3, named("1 x order 8"))
-    # once for the answer; then three times, both columns together and each alone, each time after one untimed
-    assert len(calls) == 1 + 3 * 3 * 2
+    # once for the answer; then three times: once untimed, both columns together, and each alone
+    assert len(calls) == 1 + 3 * 4
 
 
 def test_a_slow_model_is_not_repeated():
@@ -286,6 +286,15 @@ def test_a_slow_model_is_not_repeated():
     (entry,) = trade.compare(PAPER.scene(), columns("sag"), 50, [model]).entries
     assert solve.call_count == 1
     assert entry.time > 0
+
+
+def test_the_times_of_all_columns_count_together(monkeypatch):
+    clock, solve = iter(0.2 * np.arange(1000)), Mock()  # each run takes 0.2 s
+    monkeypatch.setattr(trade.time, "process_time", lambda: next(clock))
+    monkeypatch.setattr(type(STUDY), "timing_budget", 0.5)
+    model = ComparedModel("", "slow", solve, compute=lambda *_: (1.0, None))
+    trade.compare(PAPER.scene(), columns("sag", "end_stiffness"), 50, [model])
+    assert solve.call_count == 4  # for the answer, both columns together, and each alone: 0.6 s
 
 
 def test_a_model_that_fails_is_a_row():

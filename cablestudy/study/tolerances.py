@@ -173,8 +173,10 @@ class StudyTolerances:
 
     # -------------------------------------------------------------------------------- comparison of models
 
-    timing_budget: float = 1.5  # a model whose timings add up to this is not repeated [s]
-    # a shorter run is repeated and the second timed: other models have displaced the processor's caches [s]
+    # a model whose timings, of all columns together and of each alone, add up to this is not repeated [s]
+    timing_budget: float = 0.5
+    # the first run of a model, if it is shorter, is repeated and the second timed: other models have displaced the
+    # processor's caches [s]
     brief_run: float = 0.1
     equal_times: float = 1.15  # times whose ratio is below are not told apart
     rounded_difference: float = 1e-8  # a difference that grows again from below this is rounding
