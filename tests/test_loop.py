@@ -294,7 +294,7 @@ MISTAKES = {
         "--input",
         "gusts",
     ): "--input gusts: unknown (did you mean gust? allowed: winch, reference, gust, wind)",
-    ("--time", "10s", "--output", "gondola.x"): "--output: no effect",
+    ("--time", "10s", "--output", "gondola.y"): "--output gondola.y: unknown",
     ("--table", "loop"): "--table: no effect",
     ("--time", "10s", "--size", "2 m/s"): "--size 2 m/s",
     ("--time", "10s", "--input", "gust", "--size", "0 m/s"): "a speed must be positive",

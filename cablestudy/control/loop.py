@@ -23,7 +23,7 @@ from cablestudy.control.notch import NotchedLaw
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.system.first_order import Allocation, LinearControl, equations
 from cablestudy.system.linear import LinearSystem
-from cablestudy.system.residues import eigen, eigen_of_delayed
+from cablestudy.system.residues import eigen, eigen_of_delayed, one_sided_poles
 from cablestudy.system.tolerances import SYSTEM
 
 
@@ -211,7 +211,7 @@ class Loop:
         """Poles of the closed loop with a gain [rad/s] in place of its own. [rad/s]"""
         matrix = self.equations.with_gain(gain)
         poles = np.linalg.eigvals(matrix)
-        return poles[poles.imag >= 0] if np.iscomplexobj(matrix) else poles  # as `Eigen.poles`
+        return one_sided_poles(poles) if np.iscomplexobj(matrix) else poles
 
     @property
     def unstable_pole(self):

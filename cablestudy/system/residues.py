@@ -40,8 +40,17 @@ class Eigen:
 
     @property
     def poles(self):
-        """All eigenvalues of a real A, those of the upper half plane and the real axis of a complex one."""
-        return self.values[self.values.imag >= 0] if self.one_sided else self.values
+        """All eigenvalues of a real A, of a complex one `one_sided_poles`."""
+        return one_sided_poles(self.values) if self.one_sided else self.values
+
+
+def one_sided_poles(values):
+    """Those eigenvalues of a complex A that are poles of motion: in the upper half plane, or divergent.
+
+    Motion that diverges without oscillating has no hysteretic damping: its pole lies on either side of the real axis,
+    by less than 45 degrees. Mirror images of damped poles lie farther from it, whatever the loss factor is.
+    """
+    return values[(values.imag >= 0) | (values.real > np.abs(values.imag))]
 
 
 def eigen(a):
