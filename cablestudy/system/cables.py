@@ -136,9 +136,9 @@ class Models:
         dynamics = Dynamics(self._state(catenary, mesh, indices), (SPATIAL,) if in_wind else self.cables.planes)
         if self._large(mesh):
             (cable,) = indices
-            ends = EndsOfLarge(dynamics, catenary.span.frame, int(self._modes_of_large[cable]))
+            ends = EndsOfLarge(dynamics, catenary.span.frame, int(self._modes_of_large[cable]), alone=True)
         elif self._in_modes:
-            ends = Ends(dynamics, catenary.span.frame, dynamics.dof)
+            ends = Ends(dynamics, catenary.span.frame, dynamics.dof, alone=True)
         else:
             ends = EndsOfAllMotion(dynamics, catenary.span.frame, dynamics.dof)
         return MeshGroup(np.array(indices), ends)

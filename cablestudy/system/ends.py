@@ -26,6 +26,9 @@ class Ends:
         Rows: the chord frame in global coordinates. [-]
     count : int
         How many modes to keep, n.
+    alone : bool
+        True if no other object asks for modes of `dynamics`: those of a model of its own are then taken, since what
+        the eigen-solution leaves in a model is eight times as large as the modes.
 
     Attributes
     ----------
@@ -33,8 +36,8 @@ class Ends:
         The batch of which these were taken, and which of it they are.
     """
 
-    def __init__(self, dynamics, frame, count):
-        self._dynamics, self._frame, self._count, self.among = dynamics, frame, count, None
+    def __init__(self, dynamics, frame, count, alone=False):
+        self._dynamics, self._frame, self._count, self._alone, self.among = dynamics, frame, count, alone, None
 
     def take(self, rows):
         """`Ends` of some of the cables, by a slice or their indices; its properties are computed for all at once."""
@@ -190,10 +193,16 @@ class Ends:
     def inertia_of_modes(self):
         """Inertia of the modes among themselves where it is not the identity, shape (..., n, n); else None. [-]"""
 
+    @property
+    def _modes(self):
+        """`Modes` with fixed ends; those of `alone` are computed anew whenever they are asked for."""
+        dynamics = Dynamics(self.state, self._dynamics.planes) if self._alone else self._dynamics
+        return dynamics.modes(self._count).first(self._count)
+
     @of_batch
     def _basis(self):
         """Angular frequencies [rad/s] and shapes (`Modes.shapes`) of the modes with fixed ends."""
-        modes = self._dynamics.modes(self._count).first(self._count)
+        modes = self._modes
         return 2 * np.pi * modes.frequency, modes.shapes
 
     @cached_property
@@ -346,8 +355,7 @@ class EndsOfLarge(Ends):
     @cached_property
     def _basis_and_forces(self):
         """`_basis`, and the forces on the nodes that hold the vectors, shape (1, nodes, 3, k)."""
-        # a model of its own: what the eigen-solution leaves in it is ten times as large as the modes
-        modes = Dynamics(self.state, self._dynamics.planes).modes(self._count).first(self._count)
+        modes = self._modes
         omega, shapes = 2 * np.pi * modes.frequency[0], modes.shapes[0]
         vectors = [
             self._residual_vectors(system, static[0], omega, shapes) for system, _, static in self._static_shapes
