@@ -15,6 +15,8 @@ from cablestudy.scene.scene import CableScene
 from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.system import analysis_of
 from cablestudy.system.residues import eigen, residues
+from cablestudy.wind import variance
+from cablestudy.wind.tolerances import WIND
 from cablestudy.wind.variance import Noise, Panels, smooth_on, variances
 
 RANGE = 1e-7, 1e7
@@ -147,3 +149,14 @@ def test_variances_of_many_rows_are_those_of_each_alone():
     assert together[:, 0, 0] == pytest.approx(1 / (8 * ratio * omega**3), rel=1e-6)
     for found, one, of_row, own in zip(together, systems, edges, noises, strict=True):
         assert np.array_equal(found, variances(one, Panels(of_row), own, ones[0]))
+
+
+@pytest.mark.parametrize("entries", [1, WIND.product_entries])
+def test_poles_times_matrices_are_summed_a_few_poles_at_once(monkeypatch, entries):
+    """Sum over k of c_k b_j S_k, of two rows with 5 poles, 3 weights, 7 matrices and 4 inputs: term by term."""
+    monkeypatch.setattr(type(WIND), "product_entries", entries)
+    random = np.random.default_rng(1)
+    inputs, matrices = random.normal(size=(2, 5, 4, 2)) @ [1, 1j], random.normal(size=(2, 7, 4, 4))
+    integrals = random.normal(size=(2, 2, 5, 3, 7))
+    expected = np.einsum("rNwp,rNi,rpil->rNwl", integrals[:, 0] + 1j * integrals[:, 1], inputs, matrices)
+    assert variance._times_matrices(inputs, matrices, integrals) == pytest.approx(expected, rel=1e-12)

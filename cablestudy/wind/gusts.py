@@ -190,17 +190,15 @@ class Gusts:
 
     def _computed_covariance(self, kappa):
         """Covariance of the inputs, see `input_matrix`, for kappa [1/m], shape (f,): shape (f, i, i)."""
-        inputs, cables = self.input_matrix.shape[1], []
-        work, all_coordinates, rows = [], [np.zeros((0, inputs))], [np.zeros((len(kappa), 0, inputs))]
+        inputs, cables, work = self.input_matrix.shape[1], [], []
+        half = np.zeros((len(kappa), inputs, inputs))
         for places, own_work, coordinates, own_covariance in self._loads(kappa):
             row = own_covariance @ coordinates / 2  # half of its own covariance, and that with earlier loads
             if cables:
                 row += _cross_covariance(kappa, places, own_work, cables, np.concatenate(work))
             cables.append(places)
             work.append(own_work @ coordinates)
-            all_coordinates.append(coordinates)
-            rows.append(row)
-        half = np.concatenate(all_coordinates).T @ np.concatenate(rows, axis=1)
+            half += coordinates.T @ row
         return half + np.swapaxes(half, -1, -2)
 
     def _loads(self, kappa):

@@ -79,6 +79,8 @@ class WindTolerances:
     frequencies_at_once: int = 100  # of which responses are computed in one call
     variance_rounding: float = 1e-13  # of a variance over the sum of the sizes of its terms: what is less is zero
     resolvent_entries: int = 100_000  # of poles times points of panels that are computed at once
+    # of the input vectors of poles times matrices of the spectra that are computed at once: 8 MB
+    product_entries: int = 1_000_000
     panel_halvings: int = 12  # of panels,
     unresolved_panel: float = 1e-5  # and share of the two highest polynomials in a function that is resolved
     highest_level: float = 40.0  # over an RMS: to go beyond a higher one has a probability of zero in double precision

@@ -307,21 +307,22 @@ def _spectral_integrals(inputs, panels, noise, weights, resolvents):
 def _times_matrices(inputs, matrices, integrals):
     """Sum of c_k b_j S_k over k = 1 to p, for each of N poles j and w weights, shape (..., N, w, l).
 
-    Where i < p the sums of c_k S_k are computed first, else the products b_j S_k. b_j are the rows of `inputs`, (...,
-    N, i), and S_k the real `matrices`, (..., p, i, l). `integrals`, (..., 2, N, w, p), are the real and imaginary parts
-    of c_k, which differ with pole and weight.
+    The products b_j S_k, which all weights share, are computed first. b_j are the rows of `inputs`, (..., N, i), and
+    S_k the real `matrices`, (..., p, i, l). `integrals`, (..., 2, N, w, p), are the real and imaginary parts of c_k,
+    which differ with pole and weight.
     """
     *leading, functions, rows, columns = matrices.shape  # p, i, l
     real, imag = np.moveaxis(integrals, -4, 0)  # of c_k, (..., N, w, p) each
-    if rows < functions:  # the sum of the S_k first
-        flat = matrices.reshape(*leading, 1, functions, rows * columns)
-        real, imag = ((part @ flat).reshape(*part.shape[:-1], rows, columns) for part in (real, imag))
-        return (inputs[..., None, None, :] @ (real + 1j * imag))[..., 0, :]
     # b_j S_k: for each pole its real parts of all k, below them its imaginary parts
     real_inputs = np.stack([inputs.real, inputs.imag], axis=-2).reshape(*leading, -1, rows)
     by_row = np.ascontiguousarray(np.swapaxes(matrices, -3, -2)).reshape(*leading, rows, functions * columns)
-    products = (real_inputs @ by_row).reshape(*leading, -1, 2 * functions, columns)
     # (a + i b)(c + i d) of c_k and b_j S_k by real products [a -b; b a] [c; d]
     real_rows, imaginary_rows = np.concatenate([real, -imag], axis=-1), np.concatenate([imag, real], axis=-1)
-    real, imag = np.split(np.concatenate([real_rows, imaginary_rows], axis=-2) @ products, 2, axis=-2)
+    both, parts = np.concatenate([real_rows, imaginary_rows], axis=-2), []
+    at_once = max(1, WIND.product_entries // (2 * functions * columns))
+    for begin in range(0, max(1, inputs.shape[-2]), at_once):
+        end = begin + at_once
+        products = (real_inputs[..., 2 * begin : 2 * end, :] @ by_row).reshape(*leading, -1, 2 * functions, columns)
+        parts.append(both[..., begin:end, :, :] @ products)
+    real, imag = np.split(np.concatenate(parts, axis=-3), 2, axis=-2)
     return real + 1j * imag
