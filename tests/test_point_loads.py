@@ -183,7 +183,7 @@ def test_each_load_case_has_its_loads(tmp_path):
     ("options", "words"),
     [
         (["--locus", "load2"], "--locus load2: no such load (did you mean load1?)"),
-        (["--locus", "cable.load1"], "no such load"),
+        (["--locus", "guy.load1"], "no such load"),
         (["--locus", "load1:0"], "expected a whole number from 1 to 1000"),
         (["--locus", "load1:1001"], "expected a whole number from 1 to 1000"),
         (["--locus", "load1:"], "expected a whole number"),
