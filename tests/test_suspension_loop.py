@@ -345,9 +345,9 @@ ON_BOARD = [f"winches.{name}.end=to" for name in ("u1", "u2", "u3", "d1", "d2", 
 def test_the_loop_is_judged_with_the_modes_that_it_drives():
     """With winches on board modes near 19 Hz decide, above the 64 of the model; a model of 250 has them all."""
     found = case_at("carlina-net-wind", *ON_BOARD).analysis
-    limit, error = found.closed_loop.stability.limit, found._with_limits.stability.driven.errors.of_limit[0, 0]
+    limit = found.closed_loop.stability.limit
     assert limit.omega / TURN > 18 > found.closed_loop.modes.frequency[-1]
-    assert error < 0.03
+    assert found.largest_gain[1] < 0.03
     assert_limit_of_modes(found.closed_loop_of(250), limit)
 
 
@@ -373,7 +373,7 @@ def test_waves_along_the_cables_far_above_the_roll_off_are_found():
     found = case_at("carlina-net-wind", "cable.diameter=3 mm", "tensions.min=1345 N").analysis
     limit = found.closed_loop.stability.limit
     assert 37 < limit.omega / TURN < 39
-    assert found._with_limits.stability.driven.errors.of_limit[0, 0] < 0.1
+    assert found.largest_gain[1] < 0.1
     assert_limit_of_modes(found.closed_loop_of(450), limit)
 
 
@@ -450,6 +450,7 @@ def test_the_largest_gain_is_that_of_cables_in_their_own_drag():
     """Elements have equilibria of their own in it; in drag that is uniform along each cable the gain is 1.7 % less.
 
     With `wind` the drag turns with what moves: a pole of all modes of some elements crosses where their loop gain says.
+    If it turned with the ends of the cables alone, the gain would be 1.1e-3 off.
     """
     anchors = {"east": (30, 0, 12), "west": (-22, 15, 9), "north": (-14, -25, 14), "down": (6, 2, -24)}
     damping = {"model": "modal", "ratio": 0.0, "viscous": 0.4}
@@ -471,13 +472,12 @@ def test_the_largest_gain_is_that_of_cables_in_their_own_drag():
     assert found.values["largest_gain"] == pytest.approx(by_elements, rel=found.errors["largest_gain"])
     assert found.errors["largest_gain"] < 1e-3
     turning = {key: part for key, part in scene.items() if "case" not in key}
-    turning["wind"] = {"speed": 10.0, "direction": 0.7, "turbulence_intensity": 0.1, "length_scale": 50.0, "on": "both"}
-    error = solve(turning, "largest_gain").errors["largest_gain"]
-    assert error < 1e-2
+    turning["wind"] = {"speed": 30.0, "direction": 0.7, "turbulence_intensity": 0.1, "length_scale": 50.0, "on": "both"}
+    assert solve(turning, "largest_gain").errors["largest_gain"] < 2e-3
     case = case_of({**turning, "model": {"elements": 3, "order": 8}})
     loop, limit = case.analysis.closed_loop_of(10_000).untuned_loop, case.analysis.largest_gain[0]
-    growth = [loop.poles_with(limit * (1 + sign * error)).real.max() for sign in (-1, 1)]
-    assert growth[0] < 1e-9 < growth[1]
+    growth = [loop.poles_with(limit * ratio).real.max() for ratio in (1 - 1e-6, 1 + 1e-6)]
+    assert growth[0] < 0 < growth[1]
 
 
 def test_a_row_whose_gain_is_refused_keeps_its_other_cells_and_has_notes():

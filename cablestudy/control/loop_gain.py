@@ -51,9 +51,6 @@ class LoopGain:
         Loop gain of cables that differ little: from its poles those of modes coupled by damping follow to first order.
     windows : bool
         True if poles of many modes coupled by damping may be found in windows, see `Superelement.windowed`.
-    moving_loads : bool
-        True if `Superelement.load_stiffness` acts on the modes of cables, whose equations are then solved; False if it
-        acts as at rest.
     """
 
     bodies: LinearSystem
@@ -66,7 +63,6 @@ class LoopGain:
     controller: NotchedLaw | None
     near: "LoopGain | None" = None
     windows: bool = False
-    moving_loads: bool = False
 
     def __call__(self, s):
         """L/g for s of shape (f,), shape (f, k, k). [s]"""
@@ -173,7 +169,7 @@ class LoopGain:
     @cached_property
     def elements_at_all_ends(self):
         """`Superelement` of each cable at its six end displacements, with the poles that the loop gain has: list."""
-        elements, of_cables = list(self._elements), np.flatnonzero(self.connection.any(axis=(1, 2))).tolist()
+        elements, of_cables = list(self.elements), np.flatnonzero(self.connection.any(axis=(1, 2))).tolist()
         for number, cable in zip(of_cables, self._cables, strict=True):
             elements[number] = replace(_with_modes(elements[number], cable.used), near=cable.element)
         return elements
@@ -186,15 +182,10 @@ class LoopGain:
         return sums, [cable for cable in self._cables if not cable.is_sum]
 
     @cached_property
-    def _elements(self):
-        """`elements`, with their load stiffness as at rest unless `moving_loads`: list."""
-        return self.elements if self.moving_loads else [element.with_loads_at_rest for element in self.elements]
-
-    @cached_property
     def _cables(self):
         """`_CableInLoop` of each cable that holds a body: list."""
         cables, similar = [], iter(self.near._cables if self.near else ())
-        for element, connection, reeling in zip(self._elements, self.connection, self.reeling, strict=True):
+        for element, connection, reeling in zip(self.elements, self.connection, self.reeling, strict=True):
             rows, winches = np.flatnonzero(connection.any(axis=1)), np.flatnonzero(reeling.any(axis=0))
             if len(rows):
                 element = element.with_end_shapes(np.concatenate([np.eye(6)[:, rows], reeling[:, winches]], axis=1))

@@ -195,8 +195,8 @@ class DynamicAnalysis(MotionModels):
 
     @property
     def _limit_errors(self):
-        """Estimated relative errors of the largest gain and of its frequency, by models and by the mean drag. [-]"""
-        return self._with_limits.stability.driven.errors.of_limit.sum(axis=0).tolist()
+        """Estimated relative errors of the largest gain and of its frequency. [-]"""
+        return self._with_limits.stability.driven.errors.of_limit
 
     def margin(self, name):
         """A number of `Margins` by its name, and its estimated relative error due to the models of the cables."""

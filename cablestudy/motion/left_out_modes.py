@@ -99,7 +99,7 @@ class BodiesOnAllModes:
         size, free = len(plant.bodies), len(plant.layout.free)
         return LoopGain(
             plant.bodies,
-            elements=self._elements,
+            elements=[element.with_loads_at_rest for element in self._elements],
             connection=with_strokes(self._end_movements, size - free),
             reeling=np.zeros((cables, 6, 0)),
             winch_loads=np.zeros((size, 0)),

@@ -16,8 +16,8 @@ from cablestudy.system.tolerances import SYSTEM
 class LoopGainErrors:
     """Errors of the largest stable gain and of margins, from what the loop gain of `DrivenCables` leaves open.
 
-    They are found by comparison with other loop gains: of cables changed by the errors of their models, of cables whose
-    drag turns with their modes, or with other vectors in place of the highest modes.
+    They are found by comparison with other loop gains: of cables changed by the errors of their models, or with other
+    vectors in place of the highest modes.
 
     Parameters
     ----------
@@ -49,13 +49,6 @@ class LoopGainErrors:
             fewer = driven.models.with_modes(driven.modes_in_loop(driven.models, MOTION.coarser_share))
             loop_gains.append(replace(loop_gain, elements=driven.elements_of(fewer)))
         return loop_gains
-
-    @cached_property
-    def by_drag(self):
-        """Loop gain of cables whose drag turns with their modes too, not with their ends alone: list of one or none."""
-        loop_gain = self._driven.loop_gain
-        turns = any(element.load_stiffness is not None for element in loop_gain.elements)
-        return [replace(loop_gain, moving_loads=True)] if turns else []
 
     def _mesh_errors(self, group):
         """Estimated relative errors due to the mesh: of the frequencies W of n modes of each cable of a `MeshGroup`.
@@ -119,28 +112,24 @@ class LoopGainErrors:
 
     @cached_property
     def of_limit(self):
-        """Relative errors of the factor and the frequency of `limit`: by models, then by drag, shape (2, 2). [-]
-
-        They are NaN where not known. By drag as of `by_drag`.
-        """
-        limit, resolving, errors = self._driven.limit, self._driven.resolving, np.full((2, 2), np.nan)
+        """Relative errors of the factor and the frequency of `limit`, NaN where not known: list of two. [-]"""
+        limit, resolving, unknown = self._driven.limit, self._driven.resolving, [np.nan, np.nan]
         if limit is None or not limit.omega <= resolving.resolved_to:
-            return errors
+            return unknown
         if resolving.fixed_elements or resolving.ill_conditioned:
-            return errors
+            return unknown
         # at the few frequencies of a local search poles cost more than they spare
-        for cause, changed in enumerate((resolving.errors.by_models, resolving.errors.by_drag)):
-            limits = [limit_near(loop_gain.by_equations, limit) for loop_gain in changed]
-            if None not in limits:
-                changes = [(other.factor / limit.factor - 1, other.omega / limit.omega - 1) for other in limits]
-                errors[cause] = MOTION.largest_gain_safety * np.abs(np.reshape(changes, (-1, 2))).sum(axis=0)
-        errors[0] += resolving.errors.simplification
-        return errors
+        limits = [limit_near(loop_gain.by_equations, limit) for loop_gain in resolving.errors.by_models]
+        if None in limits:
+            return unknown
+        changes = np.array([(other.factor / limit.factor - 1, other.omega / limit.omega - 1) for other in limits])
+        errors = MOTION.largest_gain_safety * np.abs(changes).sum(axis=0)
+        return (errors + resolving.errors.simplification).tolist()
 
     def of_single_limit(self, limit, gain, coordinate):
         """Relative error of the factor by which the gain of one coordinate may grow while the others keep theirs.
 
-        The limit is located again in each perturbed loop gain (`by_models`, `by_drag`); the relative changes are added.
+        The limit is located again in each perturbed loop gain (`by_models`); the relative changes are added.
 
         Parameters
         ----------
@@ -161,8 +150,7 @@ class LoopGainErrors:
         driven = self._driven
         if driven.fixed_elements or driven.ill_conditioned or not 0 < limit.omega <= driven.resolved_to:
             return np.nan
-        perturbed = self.by_models + self.by_drag
-        of_coordinate = [gain_of_one(loop_gain.by_equations, gain, coordinate) for loop_gain in perturbed]
+        of_coordinate = [gain_of_one(loop_gain.by_equations, gain, coordinate) for loop_gain in self.by_models]
         limits = [limit_near(loop_gain, limit) for loop_gain in of_coordinate]
         if None in limits:
             return np.nan
@@ -173,8 +161,7 @@ class LoopGainErrors:
         """`Margins` of the perturbed loop gains, near the frequencies that decide some `Margins` of the loop gain."""
         if self._driven.fixed_elements or self._driven.ill_conditioned:
             return []
-        perturbed = *self.by_models, *self.by_drag
-        return [nearby_margins(margins, loop_gain) or _margins_near(margins, loop_gain) for loop_gain in perturbed]
+        return [nearby_margins(margins, one) or _margins_near(margins, one) for one in self.by_models]
 
 
 def _margins_near(margins, loop_gain):

@@ -40,28 +40,29 @@ class PoleSum:
     residues: np.ndarray
 
     @classmethod
-    def of_polynomial(cls, matrices, resolvent):
+    def of_polynomial(cls, matrices, resolvent, symmetric):
         """Condense the modes out of the matrix polynomial Q(x) of a cable: `PoleSum` of the stiffness at its ends.
 
         `matrices`, shape (..., n + e, n + e), are the coefficients of Q by ascending power of x, K and M or K, C and M,
-        for n modes and then e ends; M is the identity for the modes. `resolvent` is Q_nn^-1 as a sum over N poles. The
-        stiffness at the ends is Q_ee - Q_en Q_nn^-1 Q_ne. With d, the degree of Q, this is a polynomial of degree d
-        less x^d times the sum of residue_j/(x - pole_j), where
+        for n modes and then e ends; M is the identity for the modes. `resolvent` is Q_nn^-1 as a sum over N poles;
+        `symmetric` says whether Q is. The stiffness at the ends is Q_ee - Q_en Q_nn^-1 Q_ne. With d, the degree of Q,
+        this is a polynomial of degree d less x^d times the sum of residue_j/(x - pole_j), where
 
             residue_j = (Q_en(pole_j) left_j) (right_j Q_ne(pole_j))/pole_j^d.
 
-        The coefficients of the polynomial are those of U^T Q U, U = [-K_nn^-1 K_ne; I] being the static shapes. The
-        highest one is M_ee - M_en M_ne instead.
+        The coefficients of the polynomial are those of V Q U, U = [-K_nn^-1 K_ne; I] being the static shapes and
+        V = [-K_en K_nn^-1, I], which is U^T of a symmetric K. The highest one is M_ee - M_en M_ne instead.
         """
         poles, left, right = resolvent.poles, resolvent.left, resolvent.right
         n = left.shape[-2]
         # blocks of each coefficient of Q
         of_modes, by_ends = [matrix[..., :n, :n] for matrix in matrices], [matrix[..., :n, n:] for matrix in matrices]
         by_modes, of_ends = [matrix[..., n:, :n] for matrix in matrices], [matrix[..., n:, n:] for matrix in matrices]
-        of_shapes = -np.linalg.solve(of_modes[0], by_ends[0])  # modes in the static shapes U
-        identity = np.broadcast_to(np.eye(of_shapes.shape[-1]), of_ends[0].shape)
-        shapes = np.concatenate([of_shapes, identity], axis=-2)
-        polynomial = [np.swapaxes(shapes, -1, -2) @ matrix @ shapes for matrix in matrices[:-1]]
+        shapes = _static_shapes(of_modes[0], by_ends[0])
+        pushed = shapes  # V^T
+        if not symmetric:
+            pushed = _static_shapes(np.swapaxes(of_modes[0], -1, -2), np.swapaxes(by_modes[0], -1, -2))
+        polynomial = [np.swapaxes(pushed, -1, -2) @ matrix @ shapes for matrix in matrices[:-1]]
         polynomial.append(of_ends[-1] - by_modes[-1] @ by_ends[-1])
         powers = [poles**order for order in range(len(matrices))]
         forces = sum(part @ left * power[..., None, :] for power, part in zip(powers, by_modes, strict=True))
@@ -193,8 +194,8 @@ class CouplingDamping:
         self.omega, self._similar, self._viscous = element.omega, element.near, element.viscous
         self.windowed = element.windowed and len(element.omega) > SYSTEM.windows_from
         mass, damping, stiffness = element.matrices()
-        self._symmetric = element.load_stiffness is None
-        if not self._symmetric:
+        self.symmetric = element.load_stiffness is None
+        if not self.symmetric:
             stiffness = stiffness + element.load_stiffness
         hysteretic = element.strain is not None and element.strain.law == "hysteretic"
         self._squared = hysteretic and not element.uneven and not np.any(element.residual_damping)
@@ -235,21 +236,17 @@ class CouplingDamping:
 
         Notes
         -----
-        An attribute that is computed for many cables in one call. None of cables whose stiffness is not symmetric. The
-        methods, in the order in which they are tried:
+        An attribute that is computed for many cables in one call. The methods, in the order in which they are tried:
 
         1. If there is a similar element, its resolvent is corrected to first order. This serves for small changes of a
            loop gain. The error is not checked.
-        2. The poles are found in windows of frequency, if the element allows this (`windowed`).
+        2. The poles are found in windows of frequency, if the element allows this (`windowed`) and is symmetric.
         3. The poles of all modes are found at once.
 
         Of 2 and 3 the first sum is used whose error against the equations is small enough (`_relative_errors`).
         """
         by_all_modes = []
-        yield from ((cable, (None, None)) for cable in cables if not cable._symmetric)
         for cable in cables:
-            if not cable._symmetric:
-                continue
             if (found := cable._cheaper_pole_sum()) is None:
                 by_all_modes.append(cable)
             else:
@@ -264,8 +261,8 @@ class CouplingDamping:
         _, resolvent_of_similar = similar._pole_sum_and_resolvent if similar else (None, None)
         if resolvent_of_similar:
             resolvent = self._to_first_order(similar.matrices, resolvent_of_similar)
-            return PoleSum.of_polynomial(self.matrices, resolvent), resolvent
-        if not self.windowed:
+            return PoleSum.of_polynomial(self.matrices, resolvent, self.symmetric), resolvent
+        if not self.windowed or not self.symmetric:
             return None
         n = len(self.omega)
         try:
@@ -328,7 +325,7 @@ class CouplingDamping:
     @property
     def _signature(self):
         """Sizes of all arrays, by which cables are found whose poles are computed together: tuple."""
-        return self.matrices[0].shape, len(self.omega), *(matrix.dtype for matrix in self.matrices)
+        return self.symmetric, self.matrices[0].shape, len(self.omega), *(matrix.dtype for matrix in self.matrices)
 
 
 def compute_pole_sums(cables):
@@ -341,14 +338,16 @@ def _pole_sums_by_all_modes(cables):
     """Find `PoleSum` and `Resolvent` of many cables, each by the poles of all its modes: list of pairs.
 
     Where poles nearly coincide the symmetry of the polynomial gives no accurate sum, and the inverse of the
-    eigenvectors is tried. The pair is (None, None) where rounding spoils this sum too.
+    eigenvectors is tried, as it is where the polynomial is not symmetric. The pair is (None, None) where rounding
+    spoils this sum too.
     """
     n, found, omega = len(cables[0].omega), [None] * len(cables), np.array([cable.omega for cable in cables])
+    methods = [_right_by_symmetry, _right_by_inverse] if cables[0].symmetric else [_right_by_inverse]
     matrices = stack([[matrix[:n, :n] for matrix in cable.matrices] for cable in cables])
     try:
         poles, vectors = poles_and_vectors(matrices, omega)
         left = mode_amplitudes(vectors, omega)
-        for right_vectors in _right_by_symmetry, _right_by_inverse:
+        for right_vectors in methods:
             rows = [row for row, pair in enumerate(found) if pair is None]
             if rows:
                 right = right_vectors([matrix[rows] for matrix in matrices], poles[rows], left[rows], vectors[rows])
@@ -377,16 +376,17 @@ def _right_by_inverse(matrices, _, left, vectors):
 def _accurate_pole_sums(cables, resolvent, allowed):
     """`PoleSum` and `Resolvent` of each cable, None where the sum has more than the `allowed` relative error: list."""
     matrices = stack([cable.matrices for cable in cables])
-    sums, difference = PoleSum.of_polynomial(matrices, resolvent), np.zeros(len(cables))
+    symmetric, difference = cables[0].symmetric, np.zeros(len(cables))
+    sums = PoleSum.of_polynomial(matrices, resolvent, symmetric)
     if resolvent.left.shape[1]:
         s = _checked_frequencies(np.array([cable.omega for cable in cables]))
         x = np.array([cable.variable(of_row) for cable, of_row in zip(cables, s, strict=True)])
-        difference = _relative_errors(matrices, x, sums, resolvent)
+        difference = _relative_errors(matrices, x, sums, resolvent, symmetric)
     usable = (difference <= allowed).tolist()
     return [(take_rows(sums, row), take_rows(resolvent, row)) if usable[row] else None for row in range(len(cables))]
 
 
-def _relative_errors(matrices, x, sums, resolvent):
+def _relative_errors(matrices, x, sums, resolvent, symmetric):
     """Largest relative error of the forces at the ends by a sum over poles, for each of r cables, shape (r,). [-]
 
     Parameters
@@ -399,16 +399,18 @@ def _relative_errors(matrices, x, sums, resolvent):
         Of all r cables: forces at the ends per displacement of the ends.
     resolvent : Resolvent
         Of all r cables: Q_nn(x)^-1 by poles.
+    symmetric : bool
+        True if Q is symmetric.
 
     Notes
     -----
     The sums are compared with
 
-        Q_ee - Q_en q - q^T Q_ne + q^T Q_nn q,    q = Q_nn^-1 Q_ne.
+        Q_ee - Q_en q - p Q_ne + p Q_nn q,    q = Q_nn^-1 Q_ne,    p = Q_en Q_nn^-1,
 
-    This form is stationary in q: an error of q, which is computed from the same poles, changes it by the square only.
-    The error of an entry i j is taken over sqrt(a_i a_j), with the size a = |x|^d M_ii + |K_ii| of the forces at an
-    end; d is the degree of Q, M its last coefficient and K its first.
+    p being q^T of a symmetric Q. This form is stationary in p and q: their errors, which are computed from the same
+    poles, change it by the product only. The error of an entry i j is taken over sqrt(a_i a_j), with the size
+    a = |x|^d M_ii + |K_ii| of the forces at an end; d is the degree of Q, M its last coefficient and K its first.
     """
     poles, left, right = resolvent.poles, resolvent.left, resolvent.right
     n = left.shape[1]
@@ -423,12 +425,23 @@ def _relative_errors(matrices, x, sums, resolvent):
         q_nn_q = q_nn_q * x_of_column + product(matrix[:, :n, :n], q)
     # q, and the residual Q_nn q - Q_ne, shapes (r, m, n, e)
     q, residual = (np.moveaxis(part.reshape(cables, n, values, ends), 1, 2) for part in (q, q_nn_q - columns))
-    forces = q_ee - np.swapaxes(q_ne, 2, 3) @ q + np.swapaxes(q, 2, 3) @ residual
+    q_en, p = np.swapaxes(q_ne, 2, 3), np.swapaxes(q, 2, 3)
+    if not symmetric:
+        q_en = _polynomial([matrix[:, None, n:, :n] for matrix in matrices], x)  # (r, m, e, n)
+        by_poles = (q_en @ left[:, None]) / (x[:, :, None, None] - poles[:, None, None])
+        p = by_poles @ right[:, None]
+    forces = q_ee - q_en @ q + p @ residual
     first, last = (np.diagonal(matrix, axis1=1, axis2=2)[:, None, n:] for matrix in (matrices[0], matrices[-1]))
     size = np.abs(x[..., None] ** (len(matrices) - 1)) * last + np.abs(first)  # a of each end, (r, m, e)
     size = np.sqrt(size[..., :, None] * size[..., None, :])
     error = np.abs(sums(x) - forces) / np.where(size > 0, size, 1.0)
     return error.max(axis=(1, 2, 3))
+
+
+def _static_shapes(of_modes, by_ends):
+    """Modes and ends per displacement of the ends, K_nn being `of_modes`, K_ne `by_ends`: shape (..., n + e, e)."""
+    identity = np.broadcast_to(np.eye(by_ends.shape[-1]), (*by_ends.shape[:-2], *2 * by_ends.shape[-1:]))
+    return np.concatenate([-np.linalg.solve(of_modes, by_ends), identity], axis=-2)
 
 
 def _checked_frequencies(omega):

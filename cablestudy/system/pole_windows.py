@@ -94,7 +94,7 @@ def poles_in_windows(matrices, omega):
 
 
 def poles_and_vectors(matrices, omega):
-    """Find all poles x of the symmetric matrix polynomials of the n modes of r cables, by linear eigenvalue problems.
+    """Find all poles x of the matrix polynomials of the n modes of r cables, by linear eigenvalue problems.
 
     Groups of modes that damping does not couple have a problem each, such as the symmetric and the antisymmetric modes
     of a level cable. No digit of a cable depends on the others.
@@ -102,8 +102,7 @@ def poles_and_vectors(matrices, omega):
     Parameters
     ----------
     matrices : sequence of 2 or 3 ndarray, shape (r, n, n)
-        Coefficients of each polynomial by ascending power of x: K and M, or K, C and M. The real part of K is diagonal,
-        M is the identity.
+        Coefficients of each polynomial by ascending power of x: K and M, or K, C and M. M is the identity.
     omega : ndarray, shape (r, n)
         Angular frequencies of the modes. [rad/s]
 
