@@ -121,8 +121,8 @@ STUDIES = {
     "column of a part": (
         ("preload]", "stiffness_zz]"),
         [
-            "4:16: columns.1: unknown column 'stiffness_zz' (of one cable end_stiffness_zz; a part of a suspension has it: ",
-            "NAME.stiffness_zz, ",
+            "4:16: columns.1: unknown column 'stiffness_zz' (of one cable end_stiffness_zz; a part of a suspension has it: "
+            "NAME.stiffness_zz, "
         ],
     ),
     "unknown column": (("preload]", "prelod]"), ["4:16: columns.1: unknown column 'prelod' (did you"]),
