@@ -120,10 +120,7 @@ def test_several_mistakes_are_reported_at_once_in_the_order_of_the_file(folder):
 STUDIES = {
     "column of a part": (
         ("preload]", "stiffness_zz]"),
-        [
-            "4:16: columns.1: unknown column 'stiffness_zz' (of one cable end_stiffness_zz; a part of a suspension has it: "
-            "NAME.stiffness_zz, "
-        ],
+        ["4:16: columns.1: unknown column 'stiffness_zz' (of one cable end_stiffness_zz; a part of a suspension has"],
     ),
     "unknown column": (("preload]", "prelod]"), ["4:16: columns.1: unknown column 'prelod' (did you"]),
     "no mode 0": (("preload]", "axial_frequency_0]"), ["4:16: columns.1: unknown column 'axial_frequency_0' "]),
