@@ -204,8 +204,9 @@ class ClosedLoop:
         shape = np.linalg.svd(stiffness)[2][-1].conj()
         energy = np.abs(shape * pole) ** 2
         coordinate = int(np.argmax(energy))
-        at = f"at {abs(pole.imag) / (2 * np.pi):.4g} Hz" if abs(pole.imag) > MOTION.undamped_motion * abs(pole) else ""
-        growth = f"grows by {pole.real:.3g}/s {at or 'without oscillating'}"
+        oscillates = abs(pole.imag) > MOTION.undamped_motion * abs(pole)
+        at = f"at {abs(pole.imag) / (2 * np.pi):.4g} Hz" if oscillates else "without oscillating"
+        growth = f"grows by {pole.real:.3g}/s {at}"
         masses = [actuator.name for actuator in self.actuators if not actuator.wheel]
         stroke = coordinate - (len(self.motion) - len(masses))  # the last coordinates are the strokes of masses
         return f"{masses[stroke] if stroke >= 0 else self.mode_name(coordinate)} {growth}"

@@ -204,7 +204,7 @@ class CableChoice(Choice):
                 f"aerodynamic damping: {case.gondola_air_damping:.4g} N s/m on the gondola "
                 f"(wind.aerodynamic_damping: false leaves it out)"
             )
-        if case.results.drag.normal_drag[case.index]:
+        if case.in_steady_wind:
             turned = "turns with the cable (wind.aerodynamic_damping: false leaves that out)"
             notes.append(f"drag of the steady wind: {'a dead load' if self.model.load_stiffness is None else turned}")
         if options.attached == "loop" and case.scene.winch.delay:
